@@ -1,0 +1,1 @@
+//! Shared scenes for the benchmarks.

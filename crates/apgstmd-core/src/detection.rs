@@ -1,0 +1,51 @@
+//! What leaves the detector.
+
+use ndarray::Array2;
+
+use crate::frame::Size;
+
+/// One small moving target in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// Column of the target, px, pixel centres at integers.
+    pub x: f32,
+    /// Row of the target, px, downward.
+    pub y: f32,
+    /// Facilitated response Q at the peak: comparable between frames and clips of one parameter set.
+    pub score: f32,
+    /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up.
+    pub direction: f32,
+    /// Number of the trace that links this target from frame to frame, counted from 0 since the last reset.
+    pub trace: u64,
+}
+
+/// The maps and detections of one frame. Made once by [`crate::Detector::make_response`] and used again.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// max over directions of Q, (rows, columns).
+    pub map: Array2<f32>,
+    /// Angle of the vector sum of Q over directions, radians, NaN where Q = 0, (rows, columns).
+    pub direction: Array2<f32>,
+    /// Confirmed targets, strongest first.
+    pub detections: Vec<Detection>,
+    /// Shift of the background from the last frame to this one, (x, y) px; (0, 0) where it is not estimated.
+    pub background_shift: (f32, f32),
+}
+
+impl Response {
+    pub(crate) fn new(size: Size, max_peaks: usize) -> Self {
+        let shape = (size.height, size.width);
+        Self {
+            map: Array2::zeros(shape),
+            direction: Array2::from_elem(shape, f32::NAN),
+            detections: Vec::with_capacity(max_peaks),
+            background_shift: (0.0, 0.0),
+        }
+    }
+
+    /// Rows and columns.
+    pub fn size(&self) -> Size {
+        let (height, width) = self.map.dim();
+        Size { height, width }
+    }
+}

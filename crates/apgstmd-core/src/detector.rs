@@ -1,0 +1,138 @@
+//! The streaming detector: made once for a frame size, fed frame by frame.
+
+use crate::detection::Response;
+use crate::error::{FrameError, ParamError};
+use crate::frame::{Frame, Size};
+use crate::model::ApgStmd;
+use crate::params::Params;
+use crate::probe::Probe;
+use crate::row::workers::Workers;
+
+/// Fewest rows and columns of a frame.
+pub const LEAST_SIDE: usize = 16;
+/// Most pixels of a frame.
+pub const MOST_PIXELS: usize = 1 << 28;
+/// Most threads of a detector.
+pub const MOST_THREADS: usize = 256;
+
+/// Finds small moving targets in a stream of frames of one size.
+///
+/// Everything is allocated by `new`; [`Detector::process_into`] allocates nothing. The numbers do not depend on the
+/// number of threads.
+///
+/// ```
+/// use apgstmd_core::{Detector, Params, Preset, Size};
+/// use ndarray::Array2;
+///
+/// let params = Params::preset(Preset::Practical).for_speed(1.0)?;
+/// let mut detector = Detector::new(Size::new(64, 96), &params)?;
+/// let mut response = detector.make_response();
+/// for t in 0..40 {
+///     let frame = Array2::from_shape_fn((64, 96), |(y, x)| {
+///         if x.abs_diff(10 + t) < 3 && y.abs_diff(32) < 3 { 0 } else { 255u8 }
+///     });
+///     detector.process_into(frame.view(), &mut response)?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Detector {
+    model: ApgStmd,
+    workers: Workers,
+}
+
+impl Detector {
+    /// A detector for frames of `size`, using as many threads as the machine has cores.
+    ///
+    /// # Errors
+    /// Parameters out of range, frames below 16 x 16.
+    pub fn new(size: Size, params: &Params) -> Result<Self, ParamError> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self::with_threads(size, params, cores.min(MOST_THREADS))
+    }
+
+    /// As [`Detector::new`] with a number of threads. With 1, everything runs on the calling thread.
+    ///
+    /// # Errors
+    /// As `new`; also when the threads cannot be started.
+    pub fn with_threads(size: Size, params: &Params, threads: usize) -> Result<Self, ParamError> {
+        params.validate()?;
+        if size.height < LEAST_SIDE || size.width < LEAST_SIDE {
+            return Err(ParamError::TooSmall { size, least: LEAST_SIDE });
+        }
+        if size.height.checked_mul(size.width).is_none_or(|area| area > MOST_PIXELS) {
+            return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
+        }
+        let workers = Workers::new(threads)?;
+        Ok(Self { model: ApgStmd::new(size, params), workers })
+    }
+
+    /// Size of the frames it takes.
+    pub fn size(&self) -> Size {
+        self.model.size()
+    }
+
+    /// Its parameters.
+    pub fn params(&self) -> &Params {
+        self.model.params()
+    }
+
+    /// Its number of threads.
+    pub fn threads(&self) -> usize {
+        self.workers.threads()
+    }
+
+    /// Frames processed since construction or the last reset.
+    pub fn frames(&self) -> u64 {
+        self.model.frames()
+    }
+
+    /// How many frames after the onset of a matched target its facilitated response is complete: the peak of E plus
+    /// the horizon of the prediction. Detections come earlier; none of a frame is ever delayed.
+    pub fn latency(&self) -> usize {
+        self.model.latency()
+    }
+
+    /// How far behind the target the response peaks, px: what `localise = target` adds along the direction.
+    pub fn lag(&self) -> f32 {
+        self.model.lag()
+    }
+
+    /// An output of the right size, to be used for every frame.
+    pub fn make_response(&self) -> Response {
+        Response::new(self.size(), self.params().detection.max_peaks as usize)
+    }
+
+    /// Takes the next frame and writes what it shows into `response`. Allocates nothing.
+    ///
+    /// # Errors
+    /// A frame of another size, samples out of range. The detector's state is then as before the call.
+    pub fn process_into<'a>(&mut self, frame: impl Into<Frame<'a>>, response: &mut Response) -> Result<(), FrameError> {
+        if response.size() != self.size() || response.direction.dim() != response.map.dim() {
+            return Err(FrameError::Output { given: response.size(), expected: self.size() });
+        }
+        self.model.take(frame.into())?;
+        let model = &mut self.model;
+        self.workers.run(move |bands| model.step(bands, response));
+        Ok(())
+    }
+
+    /// As [`Detector::process_into`] into a fresh [`Response`].
+    ///
+    /// # Errors
+    /// As `process_into`.
+    pub fn process<'a>(&mut self, frame: impl Into<Frame<'a>>) -> Result<Response, FrameError> {
+        let mut response = self.make_response();
+        self.process_into(frame, &mut response)?;
+        Ok(response)
+    }
+
+    /// The inner stages of the last frame.
+    pub fn probe(&self) -> Probe<'_> {
+        Probe::new(&self.model)
+    }
+
+    /// Forgets everything seen: the next frame is a first frame.
+    pub fn reset(&mut self) {
+        self.model.reset();
+    }
+}

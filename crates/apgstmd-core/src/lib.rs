@@ -1,0 +1,37 @@
+//! apg-STMD: detection of tiny, low-contrast moving targets, after the insect visual system.
+//!
+//! Wang, Zhao, Wang, Hu, Peng, Yue: *Attention and Prediction Guided Motion Detection for Low-Contrast Small Moving
+//! Targets*, IEEE Transactions on Cybernetics, 2022.
+//!
+//! ```text
+//! frame -> retina -+- attention <------------------------- memorizer: M(t - dt)
+//!                  |     +- lamina - medulla - lobula (8 directions)
+//!                  +- contrast, background shift --+--------+
+//!                                              rejection (traces)
+//!                                                  +- prediction -> memorizer
+//! ```
+//!
+//! Start at [`Detector`]; [`Params`] holds every constant, [`Probe`] shows every inner map.
+#![deny(missing_docs)]
+
+mod detection;
+mod detector;
+mod error;
+mod filter;
+mod frame;
+mod model;
+pub mod params;
+mod plane;
+mod probe;
+mod row;
+mod stage;
+
+pub use detection::{Detection, Response};
+pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
+pub use error::{FrameError, ParamError};
+pub use frame::{Frame, Samples, Size};
+pub use params::{Params, Preset};
+pub use probe::{Probe, Stage, UnknownStage};
+
+/// Preferred directions of the lobula: k pi / 4, counter-clockwise on the screen.
+pub const DIRECTIONS: usize = 8;

@@ -1,0 +1,3 @@
+//! Wiring.
+mod apg_stmd;
+pub(crate) use apg_stmd::ApgStmd;

@@ -1,0 +1,1 @@
+//! The naive float64 model: the oracle for every fast path.
