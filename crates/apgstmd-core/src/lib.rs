@@ -25,6 +25,7 @@ mod plane;
 mod probe;
 mod row;
 mod stage;
+pub mod stimulus;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
