@@ -17,6 +17,7 @@
 mod detection;
 mod detector;
 mod error;
+pub mod evaluation;
 mod filter;
 mod frame;
 mod model;

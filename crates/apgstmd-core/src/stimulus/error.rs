@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// A scene that cannot be drawn, or a truth file that cannot be read.
+/// A scene that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -31,15 +31,5 @@ pub enum SceneError {
         given: &'static str,
         /// What to do.
         advice: &'static str,
-    },
-    /// A line of a truth file.
-    #[error("truth line {line}: found {given}, but {expected}")]
-    Truth {
-        /// Line, counted from 1.
-        line: u64,
-        /// What stands there.
-        given: String,
-        /// What should.
-        expected: String,
     },
 }

@@ -36,4 +36,4 @@ pub use error::SceneError;
 pub use path::Path;
 pub use renderer::Renderer;
 pub use scene::{Background, Object, Scene, Shade, Target};
-pub use truth::{NEIGHBOURHOOD, Truth, truth_to_csv};
+pub use truth::{NEIGHBOURHOOD, Truth, truth_from_csv, truth_to_csv};

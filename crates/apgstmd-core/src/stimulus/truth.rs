@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::error::SceneError;
+use crate::evaluation::{ReadError, Table, TruthBox};
 
 /// d of the Weber contrast: how far the neighbourhood of a target reaches beyond its edges, px.
 pub const NEIGHBOURHOOD: f64 = 10.0;
@@ -41,12 +41,18 @@ impl Truth {
     }
 }
 
-/// First line of a truth file.
-const HEADER: &str = "frame,id,x,y,w,h,visible,contrast";
+impl From<Truth> for TruthBox {
+    fn from(truth: Truth) -> Self {
+        let Truth { frame, id, x, y, width, height, visible, .. } = truth;
+        Self { frame, id: Some(id as i64), x, y, width, height, visible, ignore: false }
+    }
+}
+
+const COLUMNS: [&str; 8] = ["frame", "id", "x", "y", "w", "h", "visible", "contrast"];
 
 /// The truth as CSV text.
 pub fn truth_to_csv(rows: &[Truth]) -> String {
-    let mut text = String::from(HEADER);
+    let mut text = COLUMNS.join(",");
     text.push('\n');
     for row in rows {
         let Truth { frame, id, x, y, width, height, visible, contrast } = row;
@@ -54,4 +60,51 @@ pub fn truth_to_csv(rows: &[Truth]) -> String {
         text += &format!("{frame},{id},{x:.3},{y:.3},{width:.3},{height:.3},{visible},{contrast:.4}\n");
     }
     text
+}
+
+/// Reads what [`truth_to_csv`] wrote. For other truth files see [`crate::evaluation::truth_from_text`].
+///
+/// # Errors
+/// Names the line, what stands there and what was expected.
+pub fn truth_from_csv(text: &str) -> Result<Vec<Truth>, ReadError> {
+    let table = Table::with_header(text)?;
+    table.check_columns(&COLUMNS, Some(&[]))?;
+    table
+        .rows()
+        .map(|row| {
+            Ok(Truth {
+                frame: row.count("frame")?,
+                id: row.count("id")?,
+                x: row.number("x")?,
+                y: row.number("y")?,
+                width: row.length("w")?,
+                height: row.length("h")?,
+                visible: row.flag("visible", true)?,
+                contrast: row.number("contrast")?,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn csv_round_trip() {
+        let row = Truth { frame: 7, id: 2, x: 10.25, y: -0.5, width: 5.0, height: 4.125, visible: true, contrast: 0.3 };
+        let rows = [row, Truth { frame: 8, visible: false, ..row }];
+        let text = truth_to_csv(&rows);
+        assert!(
+            text.starts_with("frame,id,x,y,w,h,visible,contrast\n7,2,10.250,-0.500,5.000,4.125,1,0.3000\n"),
+            "{text}"
+        );
+        assert_eq!(truth_from_csv(&text).unwrap(), rows);
+        let boxes: Vec<TruthBox> = rows.iter().map(|row| (*row).into()).collect();
+        assert_eq!(crate::evaluation::truth_from_text(&text).unwrap(), boxes);
+        assert_eq!(boxes[0].center(), row.center());
+        assert_eq!(row.center(), (12.25, 1.0625));
+        let error = truth_from_csv("frame,id,x,y,w,h,visible\n").unwrap_err().to_string();
+        assert!(error.contains("contrast"), "{error}");
+    }
 }
