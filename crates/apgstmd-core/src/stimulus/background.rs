@@ -76,9 +76,9 @@ fn toned(noise: Array2<f64>, mean: f64, contrast: f64) -> Array2<f64> {
     let (mut offset, mut gain) = (mean, contrast);
     // Squeezing lowers the contrast and shifts the mean a little: each round corrects what the last one missed.
     for _ in 0..8 {
-        let got_mean = noise.iter().map(|v| squeezed(offset + gain * v)).sum::<f64>() / count;
-        let deviation = |v: &f64| squeezed(offset + gain * v) - got_mean;
-        let got_power = noise.iter().map(|v| deviation(v) * deviation(v)).sum::<f64>() / count;
+        let sums = noise.iter().map(|v| squeezed(offset + gain * v)).fold((0.0, 0.0), |s, v| (s.0 + v, s.1 + v * v));
+        let got_mean = sums.0 / count;
+        let got_power = sums.1 / count - got_mean * got_mean;
         offset += mean - got_mean;
         if got_power > 0.0 {
             gain *= contrast / got_power.sqrt();

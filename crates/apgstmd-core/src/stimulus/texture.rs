@@ -1,7 +1,7 @@
 //! A picture that can be read between its pixels: cubic B-spline interpolation, which passes through the samples and
 //! keeps fine detail almost independent of the sub-pixel phase, so that a moving background does not breathe.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayViewMut1};
 
 use super::draw::Window;
 
@@ -21,29 +21,18 @@ pub(super) struct Texture {
 }
 
 /// Taps on each side of the inverse B-spline filter: its pole is sqrt(3) - 2, and 0.268^16 is below f32 rounding.
-const REACH: i64 = 16;
+const REACH: usize = 16;
 
 impl Texture {
     pub fn new(samples: &Array2<f64>, density: usize, vertical: Vertical) -> Self {
         let (height, width) = samples.dim();
-        let pole = 3f64.sqrt() - 2.0;
-        let gain = -6.0 * pole / (1.0 - pole * pole);
-        let mut power = gain;
-        let taps: Vec<f64> = (0..=REACH)
-            .map(|_| {
-                let tap = power;
-                power *= pole;
-                tap
-            })
-            .collect();
-        let filter = |read: &dyn Fn(i64) -> f64| {
-            (1..=REACH).fold(taps[0] * read(0), |sum, k| sum + taps[k as usize] * (read(k) + read(-k)))
-        };
-        let rows =
-            Array2::from_shape_fn((height, width), |(y, x)| filter(&|k| samples[[y, wrap(x as i64 + k, width)]]));
-        let coefficients = Array2::from_shape_fn((height, width), |(y, x)| {
-            filter(&|k| rows[[beyond(y as i64 + k, height, vertical), x]]) as f32
-        });
+        let taps = inverse_taps();
+        let mut rows = samples.clone();
+        let across = |index| wrap(index, width);
+        rows.rows_mut().into_iter().for_each(|row| filter(row, &taps, across));
+        let down = |index| beyond(index, height, vertical);
+        rows.columns_mut().into_iter().for_each(|column| filter(column, &taps, down));
+        let coefficients = rows.mapv(|value| value as f32);
         Self { coefficients, density, vertical }
     }
 
@@ -68,6 +57,23 @@ impl Texture {
                 *out = value.clamp(0.0, 1.0);
             }
         }
+    }
+}
+
+/// The filter that undoes B-spline weighting, from its middle tap outward.
+fn inverse_taps() -> Vec<f64> {
+    let pole = 3f64.sqrt() - 2.0;
+    let middle = -6.0 * pole / (1.0 - pole * pole);
+    std::iter::successors(Some(middle), |tap| Some(tap * pole)).take(REACH + 1).collect()
+}
+
+/// Filters a line in place; `index` says which sample stands beyond its ends.
+fn filter(mut line: ArrayViewMut1<'_, f64>, taps: &[f64], index: impl Fn(i64) -> usize) {
+    let reach = REACH as i64;
+    let long: Vec<f64> = (-reach..line.len() as i64 + reach).map(|i| line[index(i)]).collect();
+    for (i, out) in line.iter_mut().enumerate() {
+        let middle = i + REACH;
+        *out = (1..=REACH).fold(taps[0] * long[middle], |sum, k| sum + taps[k] * (long[middle - k] + long[middle + k]));
     }
 }
 
