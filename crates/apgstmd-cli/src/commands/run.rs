@@ -28,16 +28,16 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         quiet: settings.quiet,
     };
     let report = drive(&mut source, &options, || open_sinks(&settings, &results));
-    if let Destination::Folder(folder) = &settings.destination {
-        write_record(&settings, &report, folder)?;
-    }
-    if !settings.quiet {
+    let recorded = match &settings.destination {
+        Destination::Folder(folder) => write_record(&settings, &report, folder),
+        Destination::Stdout => Ok(()),
+    };
+    if !settings.quiet && report.failure.is_none() {
         summarise(&settings, &report);
     }
     match report.failure {
         Some(failure) => Err(failure),
-        None if report.interrupted => Err(Failure::Interrupted),
-        None => Ok(()),
+        None => recorded.and(if report.interrupted { Err(Failure::Interrupted) } else { Ok(()) }),
     }
 }
 
@@ -139,7 +139,7 @@ fn summarise(settings: &RunSettings, report: &Report) {
     if report.interrupted {
         lines.push("interrupted: the files are complete up to there".to_owned());
     }
-    if found.detections == 0 && report.failure.is_none() && !report.interrupted {
+    if found.detections == 0 && !report.interrupted {
         lines.push(format!(
             "nothing found: these parameters are tuned to {:.2} px/frame; say how fast your targets move with --speed",
             settings.params.prediction.v_opt
@@ -171,6 +171,8 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
         }
     }
     paths.extend(settings.dump.as_ref().map(|dump| dump.folder.clone()));
+    // A run that was interrupted early has no strip yet.
+    paths.retain(|path| path.exists());
     paths
 }
 

@@ -1,0 +1,138 @@
+//! Frames that the tests write themselves, and the program under test.
+#![allow(dead_code)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use image::{GrayImage, Luma};
+use tempfile::TempDir;
+
+pub const WIDTH: u32 = 96;
+pub const HEIGHT: u32 = 64;
+/// Row of the target's centre.
+pub const ROW: f64 = 32.0;
+
+/// Column of the target's centre: 1 px/frame to the right.
+pub fn column(frame: usize) -> f64 {
+    20.0 + frame as f64
+}
+
+/// A dark 5 x 5 square on light grey.
+pub fn picture(frame: usize) -> GrayImage {
+    GrayImage::from_fn(WIDTH, HEIGHT, |x, y| {
+        let inside = (f64::from(x) - column(frame)).abs() < 3.0 && (f64::from(y) - ROW).abs() < 3.0;
+        Luma([if inside { 20 } else { 220 }])
+    })
+}
+
+/// `frames` PNG files f_0.png, f_1.png, ... in a new folder.
+pub fn folder(frames: usize) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for frame in 0..frames {
+        picture(frame).save(folder.path().join(format!("f_{frame}.png"))).unwrap();
+    }
+    folder
+}
+
+pub struct Ran {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl From<Output> for Ran {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+}
+
+impl Ran {
+    #[track_caller]
+    pub fn ok(self) -> Self {
+        assert_eq!(self.code, 0, "{}", self.stderr);
+        self
+    }
+
+    /// One line `error: ...` that holds all of `parts`, at most one line `hint: ...`, and this exit code.
+    #[track_caller]
+    pub fn fails(self, code: i32, parts: &[&str]) -> Self {
+        assert_eq!(self.code, code, "stdout: {} stderr: {}", self.stdout, self.stderr);
+        let lines: Vec<&str> = self.stderr.lines().collect();
+        assert!(lines.len() <= 2 && lines[0].starts_with("error: "), "{}", self.stderr);
+        assert!(lines.get(1).is_none_or(|line| line.starts_with("hint: ")), "{}", self.stderr);
+        for part in parts {
+            assert!(lines[0].contains(part), "`{part}` is not in: {}", lines[0]);
+        }
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        self
+    }
+}
+
+pub fn command() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_apgstmd"))
+}
+
+/// Runs the program with arguments separated by blanks; `{in}` and `{out}` stand for the two paths.
+pub fn apgstmd(line: &str, input: &Path, out: &Path) -> Ran {
+    let put =
+        |word: &str| word.replace("{in}", &input.display().to_string()).replace("{out}", &out.display().to_string());
+    command().args(line.split_whitespace().map(put)).output().unwrap().into()
+}
+
+/// A place for results that is not there yet.
+pub fn results() -> (TempDir, PathBuf) {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("out");
+    (parent, path)
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    pub frame: usize,
+    pub name: String,
+    pub x: f64,
+    pub y: f64,
+    pub score: f64,
+    pub direction: f64,
+    pub trace: u64,
+}
+
+pub fn csv_rows(path: &Path) -> Vec<Row> {
+    let text = fs::read_to_string(path).unwrap();
+    assert!(text.ends_with('\n'), "the last row is complete");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("frame,name,x,y,score,direction_rad,trace"));
+    let rows = lines.map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), 7, "{line}");
+        Row {
+            frame: cells[0].parse().unwrap(),
+            name: cells[1].to_owned(),
+            x: cells[2].parse().unwrap(),
+            y: cells[3].parse().unwrap(),
+            score: cells[4].parse().unwrap(),
+            direction: cells[5].parse().unwrap(),
+            trace: cells[6].parse().unwrap(),
+        }
+    });
+    rows.collect()
+}
+
+pub fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The strongest detection of a frame lies on the target.
+#[track_caller]
+pub fn assert_found(rows: &[Row], frame: usize) {
+    let best = rows.iter().filter(|row| row.frame == frame).max_by(|a, b| a.score.total_cmp(&b.score));
+    let best = best.unwrap_or_else(|| panic!("nothing found in frame {frame}"));
+    let off = (best.x - column(frame)).hypot(best.y - ROW);
+    assert!(off < 3.0, "frame {frame}: {best:?} is {off} px off");
+    assert!(best.direction.abs() < 0.4, "{best:?} moves to the right");
+}
