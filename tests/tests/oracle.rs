@@ -2,7 +2,10 @@
 
 use std::cell::Cell;
 
-use apgstmd_core::params::{Localise, RejectionMode, Support, TemporalEngine};
+use apgstmd_core::params::{
+    AttentionParams, DetectionParams, LobulaParams, Localise, PredictionParams, RejectionMode, RejectionParams,
+    RetinaParams, Support, TemporalEngine,
+};
 use apgstmd_core::{Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
 use apgstmd_tests::stimulus::Scene;
@@ -43,15 +46,8 @@ prop_compose! {
         threshold in 0.01f64..0.6,
         support in select(vec![Support::Full, Support::Masked]),
         ramp in prop_oneof![Just(1.0), 1.0f64..15.0],
-    ) -> impl Fn(&mut Params) + Clone {
-        move |params| {
-            params.attention.enabled = enabled;
-            params.attention.alpha = alpha;
-            params.attention.scales = scales.clone();
-            params.attention.threshold = threshold;
-            params.attention.support = support;
-            params.attention.ramp = ramp;
-        }
+    ) -> AttentionParams {
+        AttentionParams { enabled, alpha, scales, threshold, support, ramp, ..AttentionParams::default() }
     }
 }
 
@@ -64,17 +60,12 @@ prop_compose! {
         offset in prop_oneof![Just(0.0), -0.005f64..0.005],
         radius in prop_oneof![Just(7u32), 1u32..12],
         directional in prop_oneof![Just((1.5, 3.0)), (0.5f64..2.0, 2.0f64..6.0)],
-    ) -> impl Fn(&mut Params) + Clone {
-        move |params| {
-            params.retina.sigma = sigma;
-            let lobula = &mut params.lobula;
-            lobula.spacing = spacing;
-            (lobula.excitation, lobula.inhibition, lobula.surround_weight) = weights;
-            (lobula.center_sigma, lobula.surround_sigma) = sigmas;
-            lobula.offset = offset;
-            lobula.radius = radius;
-            (lobula.direction_center_sigma, lobula.direction_surround_sigma) = directional;
-        }
+    ) -> (RetinaParams, LobulaParams) {
+        let mut lobula = LobulaParams { spacing, offset, radius, ..LobulaParams::default() };
+        (lobula.excitation, lobula.inhibition, lobula.surround_weight) = weights;
+        (lobula.center_sigma, lobula.surround_sigma) = sigmas;
+        (lobula.direction_center_sigma, lobula.direction_surround_sigma) = directional;
+        (RetinaParams { sigma }, lobula)
     }
 }
 
@@ -88,20 +79,15 @@ prop_compose! {
         motion in (2u32..6, 2.0f64..12.0, 0.5f64..4.0, 0.1f64..0.9),
         peaks in (prop_oneof![Just(0.0), Just(1e-7)], 1u32..30, 1u32..7),
         localise in select(vec![Localise::Response, Localise::Target]),
-    ) -> impl Fn(&mut Params) + Clone {
-        move |params| {
-            let rejection = &mut params.rejection;
-            rejection.mode = mode;
-            (rejection.gate, rejection.max_missed, rejection.keep_radius) = (gate, max_missed, keep_radius);
-            (rejection.contrast_sigma, rejection.contrast_offset) = (contrast.0, contrast.1);
-            (rejection.contrast_window, rejection.contrast_min_points) = (contrast.2, contrast.3);
-            rejection.contrast_deviation = contrast.4;
-            (rejection.motion_min_points, rejection.motion_path) = (motion.0, motion.1);
-            (rejection.motion_distance, rejection.motion_straightness) = (motion.2, motion.3);
-            let detection = &mut params.detection;
-            (detection.threshold, detection.max_peaks, detection.peak_radius) = peaks;
-            detection.localise = localise;
-        }
+    ) -> (RejectionParams, DetectionParams) {
+        let mut rejection = RejectionParams { mode, gate, max_missed, keep_radius, ..RejectionParams::default() };
+        (rejection.contrast_sigma, rejection.contrast_offset) = (contrast.0, contrast.1);
+        (rejection.contrast_window, rejection.contrast_min_points) = (contrast.2, contrast.3);
+        rejection.contrast_deviation = contrast.4;
+        (rejection.motion_min_points, rejection.motion_path) = (motion.0, motion.1);
+        (rejection.motion_distance, rejection.motion_straightness) = (motion.2, motion.3);
+        let (threshold, max_peaks, peak_radius) = peaks;
+        (rejection, DetectionParams { threshold, max_peaks, peak_radius, localise })
     }
 }
 
@@ -112,14 +98,12 @@ prop_compose! {
         horizon in 1u32..12,
         shape in (0.4f64..3.0, 0.0f64..6.0),
         weights in (0.1f64..1.0, 0.0f64..2.0, 0.0f64..0.3),
-    ) -> impl Fn(&mut Params) + Clone {
-        move |params| {
-            let prediction = &mut params.prediction;
-            prediction.enabled = enabled;
-            (prediction.v_opt, prediction.horizon) = (reach / f64::from(horizon), horizon);
-            (prediction.ring_width, prediction.concentration) = shape;
-            (prediction.mu, prediction.beta, prediction.kappa) = weights;
-        }
+    ) -> PredictionParams {
+        let mut prediction = PredictionParams { enabled, horizon, ..PredictionParams::default() };
+        prediction.v_opt = reach / f64::from(horizon);
+        (prediction.ring_width, prediction.concentration) = shape;
+        (prediction.mu, prediction.beta, prediction.kappa) = weights;
+        prediction
     }
 }
 
@@ -134,10 +118,11 @@ prop_compose! {
         seed in 0u64..1000,
         threads in 1usize..=3,
     ) -> (Params, Scene, usize) {
-        if let Some(set) = attention { set(&mut params) }
-        if let Some(set) = space { set(&mut params) }
-        if let Some(set) = rejection { set(&mut params) }
-        if let Some(set) = prediction { set(&mut params) }
+        // What is not drawn keeps the preset's values.
+        if let Some(attention) = attention { params.attention = attention }
+        if let Some(space) = space { (params.retina, params.lobula) = space }
+        if let Some(rejection) = rejection { (params.rejection, params.detection) = rejection }
+        if let Some(prediction) = prediction { params.prediction = prediction }
         (params, Scene::lively(Size::new(size.0, size.1), speed, seed), threads)
     }
 }
