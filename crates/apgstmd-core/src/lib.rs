@@ -16,6 +16,7 @@
 
 mod detection;
 mod detector;
+mod direction;
 mod error;
 mod filter;
 mod frame;
@@ -25,6 +26,7 @@ mod plane;
 mod probe;
 mod row;
 mod stage;
+mod tiles;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
