@@ -18,6 +18,7 @@ mod detection;
 mod detector;
 mod direction;
 mod error;
+pub mod evaluation;
 mod filter;
 mod frame;
 mod model;
@@ -26,6 +27,7 @@ mod plane;
 mod probe;
 mod row;
 mod stage;
+pub mod stimulus;
 mod tiles;
 
 pub use detection::{Detection, Response};
