@@ -1,0 +1,5 @@
+"""`python -m apgstmd`: the command line."""
+
+from .cli import main
+
+main()
