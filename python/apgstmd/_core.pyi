@@ -1,6 +1,6 @@
 """The compiled part: private, thin. Its users are the modules beside it; see `apgstmd.Detector` for the manual."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypeAlias, final
 
 import numpy as np
@@ -51,13 +51,16 @@ def fields() -> list[tuple[str, str, str, str]]:
     """Every parameter in file order: section, name, documentation, rule."""
 
 def resolve(
-    preset: str | None,
+    preset: str,
     file: str | None,
     table: Mapping[str, Mapping[str, object]] | None,
     speed: float | None,
     overrides: Mapping[str, Mapping[str, object]],
 ) -> str:
-    """The full parameter file: `file` (TOML) or `table` over `preset`, tuned to `speed`, with `overrides` put in last.
+    """The full parameter file: `file` (TOML), `table` or `preset`, tuned to `speed`, with `overrides` put in last.
 
-    What a file leaves out is the paper's, unless a preset is named; without a file the preset is "practical".
+    What a file or a table leaves out is the paper's.
     """
+
+def run_cli(argv: Sequence[str]) -> int:
+    """Runs the command line, `argv` with the program's name first, and returns its exit code."""

@@ -132,6 +132,9 @@ class Detector:
         """Frames processed since construction or the last reset."""
         return self._core.frames()
 
+    def __reduce__(self) -> Any:
+        raise TypeError("a detector cannot be copied or pickled: make another one with params=detector.params")
+
     def __repr__(self) -> str:
         params = self.params
         height, width = self._shape

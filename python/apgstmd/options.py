@@ -135,8 +135,10 @@ def resolve(
         if keyword not in known:
             raise TypeError(_unknown(keyword, known))
         overrides.setdefault(known[keyword].section, {})[known[keyword].name] = value
+    if preset is not None and params is not None:
+        raise TypeError("preset and params both name what to start from: give one of them")
     file, table = _read(params)
-    return _core.resolve(preset, file, table, speed, overrides)
+    return _core.resolve("practical" if preset is None else preset, file, table, speed, overrides)
 
 
 _SHORT = {"rejection": "rejection_mode", "localise": "detection_localise", "threshold": "detection_threshold"}

@@ -18,27 +18,21 @@ pub fn fields() -> Vec<(&'static str, &'static str, String, String)> {
         .collect()
 }
 
-/// The full parameter file: `file` (TOML) or `table` over `preset`, tuned to `speed`, with `overrides` put in last.
-/// What a file leaves out is the paper's, unless a preset is named; without a file the preset is `practical`.
+/// The full parameter file: `file` (TOML), `table` or `preset`, tuned to `speed`, with `overrides` put in last.
+/// What a file or a table leaves out is the paper's.
 #[pyfunction]
 pub fn resolve(
-    preset: Option<&str>,
+    preset: &str,
     file: Option<&str>,
     table: Option<&Bound<'_, PyDict>>,
     speed: Option<f64>,
     overrides: &Bound<'_, PyDict>,
 ) -> PyResult<String> {
-    let default = if file.is_some() || table.is_some() { Preset::Paper } else { Preset::Practical };
-    let mut params = Params::preset(preset.map_or(Ok(default), parse_preset)?);
-    if let Some(text) = file {
-        // First as a file of its own: that reports lines and columns.
-        Params::from_toml(text).map_err(Error::from)?;
-        let table = text.parse().expect("it has just been read");
-        params = params.with_table(&table).map_err(Error::from)?;
-    }
-    if let Some(sections) = table {
-        params = params.with_table(&to_table(sections)?).map_err(Error::from)?;
-    }
+    let mut params = match (file, table) {
+        (Some(text), _) => Params::from_toml(text).map_err(Error::from)?,
+        (None, Some(sections)) => Params::default().with_table(&to_table(sections)?).map_err(Error::from)?,
+        (None, None) => Params::preset(parse_preset(preset)?),
+    };
     if let Some(speed) = speed {
         params = params.for_speed(speed).map_err(Error::from)?;
     }
