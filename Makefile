@@ -26,7 +26,7 @@ test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs
 	@echo "== pytest, against the installed wheel"
 	@$(PY) -m pytest --quiet
 	@echo "== mypy and stubtest"
-	@$(PY) -m mypy python/apgstmd
+	@$(PY) -m mypy
 	@$(PY) -m mypy.stubtest apgstmd --mypy-config-file pyproject.toml
 
 lint: venv ## rustfmt and clippy, warnings are errors

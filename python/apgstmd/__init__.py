@@ -11,8 +11,9 @@ screen (0 = right, pi/2 = up), luminance in [0, 1].
 
 from ._core import STAGES, __version__
 from .detector import Detector
+from .folder import Run, run
 from .options import Parameter, parameters, params
-from .results import Detection, Detections, Output
+from .results import Detection, Detections, Output, RunDetection, RunDetections
 
 __all__ = [
     "STAGES",
@@ -21,7 +22,11 @@ __all__ = [
     "Detector",
     "Output",
     "Parameter",
+    "Run",
+    "RunDetection",
+    "RunDetections",
     "__version__",
     "parameters",
     "params",
+    "run",
 ]

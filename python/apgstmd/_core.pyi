@@ -63,4 +63,10 @@ def resolve(
     """
 
 def run_cli(argv: Sequence[str]) -> int:
-    """Runs the command line, `argv` with the program's name first, and returns its exit code."""
+    """Runs the command line, `argv` with the program's name first, and returns its exit code.
+
+    KeyboardInterrupt after Ctrl-C, when the frame in work is done and the files are closed.
+    """
+
+def run(argv: Sequence[str]) -> None:
+    """As `run_cli`, but failures are exceptions: ValueError for what is wrong in `argv`, RuntimeError for all else."""

@@ -8,4 +8,8 @@ from . import _core
 
 
 def main() -> None:
-    sys.exit(_core.run_cli(["apgstmd", *sys.argv[1:]]))
+    try:
+        sys.exit(_core.run_cli(["apgstmd", *sys.argv[1:]]))
+    except KeyboardInterrupt:
+        # The frame in work is done and the files are closed: as the Rust program, no traceback.
+        sys.exit(130)

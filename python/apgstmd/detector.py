@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve
+from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import Detections, Output
 
 
@@ -68,9 +68,9 @@ class Detector:
         **parameters: Unpack[Parameters],
     ) -> None:
         self._shape = _check_size(size)
-        text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters))
+        text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth"))
         self._core = _core.Detector(
-            *self._shape, text, _whole("threads", threads, 1, 256), _whole("bit_depth", bit_depth, 1, 16)
+            *self._shape, text, whole("threads", threads, 1, 256), whole("bit_depth", bit_depth, 1, 16)
         )
 
     def process(self, frame: NDArray[Any]) -> Output:
@@ -152,15 +152,3 @@ def _check_size(size: tuple[int, int]) -> tuple[int, int]:
     if min(height, width) < 0 or max(height, width) >= 1 << 31:
         raise ValueError(f"size must be (height, width) in pixels, not {size!r}")
     return height, width
-
-
-def _whole(name: str, value: int | None, low: int, high: int) -> int | None:
-    if value is None:
-        return None
-    try:
-        value = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number, not {value!r}") from None
-    if not low <= value <= high:
-        raise ValueError(f"{name} is {value}, but it must lie between {low} and {high}")
-    return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -111,7 +112,7 @@ def params(
     >>> tomllib.loads(apgstmd.params("paper", speed=1.0))["prediction"]["horizon"]
     6
     """
-    return resolve(preset, speed, rejection, localise, threshold, params, dict(parameters))
+    return resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), ())
 
 
 def resolve(
@@ -122,8 +123,9 @@ def resolve(
     threshold: float | None,
     params: ParamFile | None,
     keywords: dict[str, Any],
+    options: tuple[str, ...],
 ) -> str:
-    """The parameter file that the keywords of a Detector or a run stand for."""
+    """The parameter file that the keywords stand for; `options` are the other names that the caller takes."""
     for short, value in (("rejection", rejection), ("localise", localise), ("threshold", threshold)):
         if value is not None:
             if _SHORT[short] in keywords:
@@ -133,7 +135,7 @@ def resolve(
     overrides: dict[str, dict[str, object]] = {}
     for keyword, value in keywords.items():
         if keyword not in known:
-            raise TypeError(_unknown(keyword, known))
+            raise TypeError(_unknown(keyword, known, options))
         overrides.setdefault(known[keyword].section, {})[known[keyword].name] = value
     if preset is not None and params is not None:
         raise TypeError("preset and params both name what to start from: give one of them")
@@ -142,15 +144,28 @@ def resolve(
 
 
 _SHORT = {"rejection": "rejection_mode", "localise": "detection_localise", "threshold": "detection_threshold"}
-_OPTIONS = ("preset", "speed", *_SHORT, "threads", "bit_depth", "params")
+_MODEL = ("preset", "speed", *_SHORT, "params")
 
 
-def _unknown(keyword: str, known: Mapping[str, Parameter]) -> str:
+def _unknown(keyword: str, known: Mapping[str, Parameter], options: tuple[str, ...]) -> str:
     import difflib
 
     bare = [full for full, parameter in known.items() if parameter.name == keyword]
-    near = bare or difflib.get_close_matches(keyword, (*known, *_OPTIONS), n=1, cutoff=0.0)
+    near = bare or difflib.get_close_matches(keyword, (*known, *_MODEL, *options), n=1, cutoff=0.0)
     return f"there is no parameter {keyword!r}: did you mean {near[0]!r}? apgstmd.parameters() lists all"
+
+
+def whole(name: str, value: int | None, low: int, high: int) -> int | None:
+    """`value` as an int in [low, high], or None."""
+    if value is None:
+        return None
+    try:
+        value = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, not {value!r}") from None
+    if not low <= value <= high:
+        raise ValueError(f"{name} is {value}, but it must lie between {low} and {high}")
+    return value
 
 
 def _read(params: ParamFile | None) -> tuple[str | None, Mapping[str, Mapping[str, object]] | None]:
