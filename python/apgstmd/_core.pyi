@@ -65,8 +65,5 @@ def resolve(
 def run_cli(argv: Sequence[str]) -> int:
     """Runs the command line, `argv` with the program's name first, and returns its exit code.
 
-    KeyboardInterrupt after Ctrl-C, when the frame in work is done and the files are closed.
+    It owns the process meanwhile: it prints, and Ctrl-C is handled by it.
     """
-
-def run(argv: Sequence[str]) -> None:
-    """As `run_cli`, but failures are exceptions: ValueError for what is wrong in `argv`, RuntimeError for all else."""

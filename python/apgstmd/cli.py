@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 
 from . import _core
 
 
 def main() -> None:
-    try:
-        sys.exit(_core.run_cli(["apgstmd", *sys.argv[1:]]))
-    except KeyboardInterrupt:
-        # The frame in work is done and the files are closed: as the Rust program, no traceback.
-        sys.exit(130)
+    # Python would only note a Ctrl-C and wait for the program to return; the program knows better what to do.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    sys.exit(_core.run_cli(["apgstmd", *sys.argv[1:]]))

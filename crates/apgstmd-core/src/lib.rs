@@ -17,6 +17,7 @@
 mod detection;
 mod detector;
 mod error;
+pub mod evaluation;
 mod filter;
 mod frame;
 mod model;
@@ -25,6 +26,7 @@ mod plane;
 mod probe;
 mod row;
 mod stage;
+pub mod stimulus;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};

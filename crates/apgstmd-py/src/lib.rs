@@ -5,6 +5,7 @@ mod arrays;
 mod detector;
 mod errors;
 mod params;
+mod program;
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -17,5 +18,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<detector::Detector>()?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(program::run_cli, module)?)?;
     Ok(())
 }

@@ -1,0 +1,185 @@
+//! `apgstmd run`: pictures in, tables and annotated pictures out.
+
+use std::path::{Path, PathBuf};
+
+use super::pipeline::{Options, Report, drive};
+use crate::Outcome;
+use crate::args::{Format, RunArgs};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::settings::{Destination, RunSettings};
+use crate::sink::Sink;
+use crate::sink::dump::Dump;
+use crate::sink::overlay::Overlay;
+use crate::sink::results::{self, Results};
+use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
+use crate::sink::table::{Csv, JsonLines, Target};
+use crate::source::PictureFiles;
+
+pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
+    let settings = RunSettings::resolve(*args)?;
+    let results = check_results(&settings)?;
+    interrupt::listen();
+    let mut source = PictureFiles::new(settings.listing.clone(), settings.selection, settings.bit_depth);
+    let options = Options {
+        params: &settings.params,
+        threads: settings.threads,
+        on_error: settings.on_error,
+        quiet: settings.quiet,
+    };
+    let report = drive(&mut source, &options, || open_sinks(&settings, &results));
+    if let Destination::Folder(folder) = &settings.destination {
+        write_record(&settings, &report, folder)?;
+    }
+    if !settings.quiet {
+        summarise(&settings, &report);
+    }
+    match report.failure {
+        Some(failure) => Err(failure),
+        None if report.interrupted => Err(Failure::Interrupted),
+        None => Ok(()),
+    }
+}
+
+/// What is refused before the first picture is read.
+fn check_results(settings: &RunSettings) -> Outcome<Option<Results>> {
+    let dumps = settings.dump.as_ref().map(|dump| dump.folder.clone());
+    let results = match &settings.destination {
+        Destination::Folder(folder) => Results::new(folder.clone(), dumps),
+        Destination::Stdout => match dumps {
+            Some(dumps) => Results::dumps_only(dumps),
+            None => return Ok(None),
+        },
+    };
+    results.check(settings.force)?;
+    Ok(Some(results))
+}
+
+fn open_sinks(settings: &RunSettings, results: &Option<Results>) -> Outcome<Vec<Box<dyn Sink>>> {
+    if let Some(results) = results {
+        results.prepare()?;
+    }
+    let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+    for format in &settings.formats {
+        let target = |name: &str| match &settings.destination {
+            Destination::Folder(folder) => Target::file(&folder.join(name)),
+            Destination::Stdout => Ok(Target::stdout()),
+        };
+        match format {
+            Format::Csv => sinks.push(Box::new(Csv::new(target(results::CSV)?)?)),
+            Format::Jsonl => sinks.push(Box::new(JsonLines::new(target(results::JSONL)?))),
+        }
+    }
+    if let Some(dump) = &settings.dump {
+        sinks.push(Box::new(Dump::new(dump)?));
+    }
+    if let (true, Destination::Folder(folder)) = (settings.overlay, &settings.destination) {
+        let frames: Vec<usize> = settings.selection.frames().collect();
+        sinks.push(Box::new(Overlay::new(folder, settings.input.display().to_string(), &frames, true)?));
+    }
+    Ok(sinks)
+}
+
+fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outcome {
+    // Without a first frame nothing was opened, and nothing is left behind.
+    let Some(size) = report.size else { return Ok(()) };
+    let record = RunRecord {
+        schema_version: SCHEMA_VERSION,
+        program: "apgstmd",
+        version: env!("CARGO_PKG_VERSION"),
+        command: "run",
+        input: Input {
+            path: settings.input.display().to_string(),
+            pictures: settings.listing.files.len(),
+            start: settings.selection.start,
+            stop: settings.selection.stop,
+            step: settings.selection.step,
+            bit_depth: settings.bit_depth,
+        },
+        size: size.into(),
+        threads: settings.threads,
+        frames: report.frames,
+        skipped: &report.skipped,
+        interrupted: report.interrupted,
+        error: report.failure.as_ref().and_then(Failure::text),
+        found: report.found,
+        seconds_per_frame: report.timing(),
+        seconds: report.wall.as_secs_f64(),
+        speed: settings.model.speed,
+        params: &settings.params,
+        evaluation: None,
+    };
+    record.write(&folder.join(results::RUN))
+}
+
+/// On stderr: stdout is for data.
+fn summarise(settings: &RunSettings, report: &Report) {
+    let Some(size) = report.size else { return };
+    let found = report.found;
+    let seconds = report.wall.as_secs_f64();
+    let rate = report.frames as f64 / seconds.max(1e-9);
+    let mut lines = vec![
+        format!(
+            "{} of {size} in {seconds:.1} s: {rate:.0} frames/s, {:.1} ms of computing a frame, {}",
+            count(report.frames, "frame"),
+            1e3 * report.timing().compute.median,
+            count(settings.threads, "thread"),
+        ),
+        format!(
+            "{} in {}, {}",
+            count(found.detections, "detection"),
+            count(found.frames_with_detections, "frame"),
+            count(found.traces, "trace")
+        ),
+    ];
+    if !report.skipped.is_empty() {
+        let first = &report.skipped[0];
+        lines.push(format!("{} skipped, the first {}: {}", report.skipped.len(), first.name, first.reason));
+    }
+    if report.interrupted {
+        lines.push("interrupted: the files are complete up to there".to_owned());
+    }
+    if found.detections == 0 && report.failure.is_none() && !report.interrupted {
+        lines.push(format!(
+            "nothing found: these parameters are tuned to {:.2} px/frame; say how fast your targets move with --speed",
+            settings.params.prediction.v_opt
+        ));
+    }
+    let written = written(settings);
+    if !written.is_empty() {
+        let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+        lines.push(format!("wrote {}", written.join(", ")));
+    }
+    for line in lines {
+        eprint_line(&line);
+    }
+}
+
+fn written(settings: &RunSettings) -> Vec<PathBuf> {
+    let mut paths = Vec::new();
+    if let Destination::Folder(folder) = &settings.destination {
+        for format in &settings.formats {
+            paths.push(folder.join(match format {
+                Format::Csv => results::CSV,
+                Format::Jsonl => results::JSONL,
+            }));
+        }
+        paths.push(folder.join(results::RUN));
+        if settings.overlay {
+            paths.push(folder.join(results::STRIP));
+            paths.push(folder.join(results::OVERLAY));
+        }
+    }
+    paths.extend(settings.dump.as_ref().map(|dump| dump.folder.clone()));
+    paths
+}
+
+fn count(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
+/// `eprintln!` panics when stderr is closed; a summary is not worth that.
+fn eprint_line(line: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

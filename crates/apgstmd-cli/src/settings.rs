@@ -1,0 +1,318 @@
+//! What the flags mean together: checked, defaults filled in, nothing left to decide while frames flow.
+
+use std::collections::HashSet;
+use std::fs;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::params::{Localise, RejectionMode};
+use apgstmd_core::{MOST_THREADS, ParamError, Params, Preset, Stage};
+
+use crate::Outcome;
+use crate::args::{Format, LocaliseArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
+use crate::failure::{Failure, reason};
+use crate::source::{Listing, Selection};
+
+/// Everything `apgstmd run` needs.
+pub struct RunSettings {
+    /// INPUT as given.
+    pub input: PathBuf,
+    /// Its pictures.
+    pub listing: Listing,
+    /// Which of them are used.
+    pub selection: Selection,
+    /// Bits that 16-bit samples use.
+    pub bit_depth: Option<u32>,
+    /// The model.
+    pub params: Params,
+    /// Where the parameters came from, for run.json.
+    pub model: ModelArgs,
+    /// Threads.
+    pub threads: usize,
+    /// What to do about a bad picture.
+    pub on_error: OnError,
+    /// Where results go.
+    pub destination: Destination,
+    /// Tables to write.
+    pub formats: Vec<Format>,
+    /// Annotated pictures.
+    pub overlay: bool,
+    /// Inner maps.
+    pub dump: Option<DumpSettings>,
+    /// Replace earlier results.
+    pub force: bool,
+    /// Errors only.
+    pub quiet: bool,
+}
+
+/// Where results go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// A folder.
+    Folder(PathBuf),
+    /// Detections to stdout, nothing else.
+    Stdout,
+}
+
+/// Which inner maps go where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DumpSettings {
+    /// The stages.
+    pub stages: Vec<Stage>,
+    /// The frames; `None` is all.
+    pub frames: Option<FrameList>,
+    /// The folder.
+    pub folder: PathBuf,
+}
+
+impl RunSettings {
+    /// Checks the flags, reads the parameter file, lists the pictures.
+    ///
+    /// # Errors
+    /// Anything that makes the run impossible and shows before its first picture.
+    pub fn resolve(args: RunArgs) -> Outcome<Self> {
+        let params = resolve_params(&args.model)?;
+        let threads = resolve_threads(args.threads)?;
+        if let Some(bits) = args.bit_depth
+            && !(9..=16).contains(&bits)
+        {
+            return Err(Failure::usage(format_args!(
+                "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
+            )));
+        }
+        let listing = Listing::of(&args.input)?;
+        let selection = Selection::new(args.start, args.stop, args.step, listing.files.len())?;
+        let mut formats = args.format;
+        let mut seen = HashSet::new();
+        formats.retain(|format| seen.insert(*format as u8));
+        let destination = destination(args.out, &args.input, &listing)?;
+        if destination == Destination::Stdout {
+            if formats.len() > 1 {
+                return Err(Failure::usage("--out - takes one --format: csv or jsonl"));
+            }
+            if args.overlay {
+                return Err(Failure::usage("--overlay writes pictures, but --out - has no folder for them"));
+            }
+        }
+        let dump = match args.dump {
+            None => None,
+            Some(stages) => Some(DumpSettings {
+                stages: stage_list(&stages)?,
+                frames: args.dump_frames.map(|list| FrameList::parse(&list, selection)).transpose()?,
+                folder: match (args.dump_dir, &destination) {
+                    (Some(folder), _) => folder,
+                    (None, Destination::Folder(folder)) => folder.join("dump"),
+                    (None, Destination::Stdout) => {
+                        return Err(Failure::usage("--dump with --out - needs --dump-dir DIR"));
+                    }
+                },
+            }),
+        };
+        Ok(Self {
+            input: args.input,
+            listing,
+            selection,
+            bit_depth: args.bit_depth,
+            params,
+            model: args.model,
+            threads,
+            on_error: args.on_error,
+            destination,
+            formats,
+            overlay: args.overlay,
+            dump,
+            force: args.force,
+            quiet: args.quiet,
+        })
+    }
+}
+
+/// Parameters in the documented order: preset or file, then speed, then single values.
+///
+/// # Errors
+/// An unreadable or wrong file, values out of range.
+pub fn resolve_params(args: &ModelArgs) -> Outcome<Params> {
+    let mut params = match &args.params {
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| {
+                Failure::usage(format_args!("cannot read the parameters {}: {}", path.display(), reason(&error)))
+            })?;
+            Params::from_toml(&text).map_err(|error| {
+                Failure::usage(format_args!("{}: {}", path.display(), without_snippet(&error)))
+                    .hint("`apgstmd params` prints a complete parameter file")
+            })?
+        }
+        None => Params::preset(match args.preset {
+            Some(PresetArg::Paper) => Preset::Paper,
+            Some(PresetArg::Practical) | None => Preset::Practical,
+        }),
+    };
+    if let Some(speed) = args.speed {
+        params = params.for_speed(speed).map_err(|error| match error {
+            ParamError::Speed { .. } => Failure::usage(format_args!("--speed: {error}")),
+            _ => Failure::usage(format_args!("--speed {speed} scales a parameter out of its range: {error}")),
+        })?;
+    }
+    if let Some(mode) = args.rejection {
+        params.rejection.mode = match mode {
+            RejectionArg::Off => RejectionMode::Off,
+            RejectionArg::Contrast => RejectionMode::Contrast,
+            RejectionArg::Motion => RejectionMode::Motion,
+        };
+    }
+    if let Some(point) = args.localise {
+        params.detection.localise = match point {
+            LocaliseArg::Response => Localise::Response,
+            LocaliseArg::Target => Localise::Target,
+        };
+    }
+    if let Some(threshold) = args.threshold {
+        params.detection.threshold = threshold;
+    }
+    params.validate().map_err(Failure::usage)?;
+    Ok(params)
+}
+
+/// `--threads`, or one per core.
+///
+/// # Errors
+/// 0 or too many.
+pub fn resolve_threads(threads: Option<usize>) -> Outcome<usize> {
+    match threads {
+        None => Ok(std::thread::available_parallelism().map_or(1, usize::from).min(MOST_THREADS)),
+        Some(threads) if (1..=MOST_THREADS).contains(&threads) => Ok(threads),
+        Some(threads) => {
+            Err(Failure::usage(format_args!("--threads is {threads}, but it must be between 1 and {MOST_THREADS}")))
+        }
+    }
+}
+
+/// TOML errors quote the line they mean; in one line of text only the place and the reason help.
+fn without_snippet(error: &ParamError) -> String {
+    let quoted =
+        |line: &&str| line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim().starts_with('|');
+    error.to_string().lines().filter(|line| !quoted(line)).collect::<Vec<_>>().join(": ")
+}
+
+fn destination(out: Option<PathBuf>, input: &Path, listing: &Listing) -> Outcome<Destination> {
+    let folder = match out {
+        Some(out) if out.as_os_str() == "-" => return Ok(Destination::Stdout),
+        Some(out) if out.as_os_str().is_empty() => return Err(Failure::usage("--out is empty: name a folder, or -")),
+        Some(out) => out,
+        None => default_folder(listing),
+    };
+    if let (Ok(folder), Ok(pictures)) = (folder.canonicalize(), listing.folder.canonicalize())
+        && folder == pictures
+        && input.is_dir()
+    {
+        return Err(Failure::usage(format_args!(
+            "--out {} is the INPUT folder: name another, or the strip of pictures would be read as a frame next time",
+            folder.display()
+        )));
+    }
+    Ok(Destination::Folder(folder))
+}
+
+/// `clips/cam0/` -> `cam0-apgstmd` in the current folder.
+fn default_folder(listing: &Listing) -> PathBuf {
+    let folder = if listing.folder.as_os_str().is_empty() { Path::new(".") } else { &listing.folder };
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let name = folder.file_name().map_or("frames".into(), |name| name.to_string_lossy());
+    PathBuf::from(format!("{name}-apgstmd"))
+}
+
+fn stage_list(text: &str) -> Outcome<Vec<Stage>> {
+    let mut stages = Vec::new();
+    for name in text.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+        if name.eq_ignore_ascii_case("all") {
+            stages.extend(Stage::ALL);
+        } else {
+            let stage = name.parse().map_err(|error| Failure::usage(format_args!("--dump: {error}, or ALL")))?;
+            stages.push(stage);
+        }
+    }
+    if stages.is_empty() {
+        return Err(Failure::usage("--dump names no stage: e.g. --dump E,Q, or --dump ALL"));
+    }
+    let mut seen = HashSet::new();
+    stages.retain(|stage| seen.insert(*stage));
+    Ok(stages)
+}
+
+/// Frames and ranges of frames, both ends included.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameList(Vec<RangeInclusive<usize>>);
+
+impl FrameList {
+    /// Whether the list names `frame`.
+    pub fn contains(&self, frame: usize) -> bool {
+        self.0.iter().any(|range| range.contains(&frame))
+    }
+
+    fn parse(text: &str, selection: Selection) -> Outcome<Self> {
+        let mut ranges = Vec::new();
+        for item in text.split(',').map(str::trim).filter(|item| !item.is_empty()) {
+            let range = parse_range(item).ok_or_else(|| {
+                Failure::usage(format_args!("--dump-frames: `{item}` is no frame number or range such as 120..130"))
+            })?;
+            let (first, last) = (*range.start(), *range.end());
+            if first > last {
+                return Err(Failure::usage(format_args!("--dump-frames: the range {item} ends before it starts")));
+            }
+            let in_run = |frame: usize| (selection.start..=selection.last()).contains(&frame);
+            if !in_run(first) || !in_run(last) || !range.clone().any(|frame| selection.contains(frame)) {
+                return Err(Failure::usage(format_args!(
+                    "--dump-frames: {item} is not in this run, which uses frames {} to {} in steps of {}",
+                    selection.start,
+                    selection.last(),
+                    selection.step
+                )));
+            }
+            ranges.push(range);
+        }
+        if ranges.is_empty() {
+            return Err(Failure::usage("--dump-frames names no frame: e.g. 60,120..130"));
+        }
+        Ok(Self(ranges))
+    }
+}
+
+fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
+    match item.split_once("..") {
+        None => item.parse().ok().map(|frame| frame..=frame),
+        Some((first, last)) => Some(first.trim().parse().ok()?..=last.trim_start_matches('=').trim().parse().ok()?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_lists() {
+        let selection = Selection::new(10, Some(200), 2, 500).unwrap();
+        let list = FrameList::parse("60, 120..130", selection).unwrap();
+        assert!(list.contains(60) && list.contains(120) && list.contains(130));
+        assert!(!list.contains(61) && !list.contains(131));
+        for bad in ["", "x", "61", "8", "500", "190..210", "20..10", "1..", "-3"] {
+            assert!(FrameList::parse(bad, selection).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn stage_lists() {
+        assert_eq!(stage_list("E,Q,E").unwrap(), [Stage::E, Stage::Q]);
+        assert_eq!(stage_list("ALL").unwrap(), Stage::ALL);
+        let Err(Failure::Usage(message)) = stage_list("E,X") else { panic!("X is no stage") };
+        assert!(format!("{message:?}").contains("Tm1_4"), "{message:?}");
+    }
+
+    #[test]
+    fn single_values_come_after_speed() {
+        let args = ModelArgs { speed: Some(1.0), threshold: Some(0.5), ..ModelArgs::default() };
+        let params = resolve_params(&args).unwrap();
+        assert_eq!(params.prediction.horizon, 6);
+        assert_eq!(params.detection.threshold, 0.5);
+        assert_eq!(params.attention.ramp, 10.0);
+    }
+}

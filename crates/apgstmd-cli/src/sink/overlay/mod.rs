@@ -1,0 +1,158 @@
+//! Annotated pictures: one a frame under `overlay/`, and `strip.png`, twelve frames on one sheet.
+
+mod annotate;
+mod canvas;
+mod inset;
+mod png;
+mod strip;
+mod tone;
+mod trails;
+
+use std::collections::{HashSet, VecDeque};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::Size;
+
+use self::annotate::{Caption, annotate};
+use self::canvas::Canvas;
+use self::tone::Tone;
+use self::trails::Trails;
+use super::results::{OVERLAY, STRIP};
+use super::{Seen, Sink};
+use crate::Outcome;
+use crate::failure::Failure;
+
+pub use self::png::is_overlay;
+
+/// Width that small frames are enlarged to, about, px.
+const FRAME_WIDTH: f32 = 1200.0;
+/// Width of a frame on the strip, about, px.
+const TILE_WIDTH: f32 = 560.0;
+/// Frames on the strip.
+const TILES: usize = 12;
+
+/// Draws every frame and, at the end, the strip.
+pub struct Overlay {
+    frames: Option<PathBuf>,
+    strip: PathBuf,
+    title: String,
+    wanted: VecDeque<usize>,
+    tiles: Vec<Canvas>,
+    tone: Option<Tone>,
+    trails: Trails,
+    names: HashSet<String>,
+    count: usize,
+    detections: usize,
+}
+
+impl Overlay {
+    /// `frames` are those that will come: the strip shows twelve of them, evenly spaced. `each` asks for a picture of
+    /// every frame besides.
+    ///
+    /// # Errors
+    /// The folder cannot be made.
+    pub fn new(folder: &Path, title: String, frames: &[usize], each: bool) -> Outcome<Self> {
+        let pictures = folder.join(OVERLAY);
+        if each {
+            fs::create_dir_all(&pictures).map_err(|error| Failure::write(&pictures, error))?;
+        }
+        Ok(Self {
+            frames: each.then_some(pictures),
+            strip: folder.join(STRIP),
+            title,
+            wanted: evenly_spaced(frames, TILES),
+            tiles: Vec::new(),
+            tone: None,
+            trails: Trails::default(),
+            names: HashSet::new(),
+            count: 0,
+            detections: 0,
+        })
+    }
+
+    /// `a/b.png` -> `a_b.png`; two frames that would share a file get their number added.
+    fn file_name(&mut self, name: &str, frame: usize) -> String {
+        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem).replace(['/', '\\'], "_");
+        let unique = if self.names.contains(&stem) { format!("{stem}_{frame:06}") } else { stem };
+        self.names.insert(unique.clone());
+        format!("{unique}.png")
+    }
+}
+
+impl Sink for Overlay {
+    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+        self.count += 1;
+        self.detections += seen.response.detections.len();
+        self.trails.add(seen.frame, &seen.response.detections);
+        let on_strip = self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted);
+        if self.frames.is_none() && !on_strip {
+            return Ok(());
+        }
+        let tone = self.tone.get_or_insert_with(|| Tone::of(seen.picture));
+        let picture = tone.render(seen.picture);
+        let caption = Caption { frame: seen.frame, name: seen.name };
+        let size = seen.picture.size();
+        if let Some(folder) = self.frames.clone() {
+            let drawn = annotate(&picture, frame_scale(size), &seen.response.detections, &self.trails, &caption);
+            let path = folder.join(self.file_name(seen.name, seen.frame));
+            png::write(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
+        }
+        if on_strip {
+            while self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted) {
+                self.wanted.pop_front();
+            }
+            let scale = tile_scale(size);
+            self.tiles.push(annotate(&picture, scale, &seen.response.detections, &self.trails, &caption));
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Outcome {
+        if self.tiles.is_empty() {
+            return Ok(());
+        }
+        let title = format!("{}   {} frames, {} detections", self.title, self.count, self.detections);
+        let sheet = strip::assemble(&self.tiles, &title);
+        png::write(&self.strip, &sheet).map_err(|error| Failure::write(&self.strip, error))
+    }
+}
+
+/// Whole numbers keep pixels square and crisp.
+fn frame_scale(size: Size) -> f32 {
+    (FRAME_WIDTH / size.height.max(size.width) as f32).round().clamp(1.0, 6.0)
+}
+
+fn tile_scale(size: Size) -> f32 {
+    let scale = TILE_WIDTH / size.height.max(size.width) as f32;
+    if scale >= 1.5 { scale.round().min(6.0) } else { scale }
+}
+
+/// The middles of `count` equal parts.
+fn evenly_spaced(frames: &[usize], count: usize) -> VecDeque<usize> {
+    if frames.len() <= count {
+        return frames.iter().copied().collect();
+    }
+    (0..count).map(|i| frames[(2 * i + 1) * frames.len() / (2 * count)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_spread_evenly() {
+        let frames: Vec<usize> = (10..130).collect();
+        let tiles = evenly_spaced(&frames, TILES);
+        assert_eq!((tiles.len(), tiles[0], tiles[11]), (12, 15, 125));
+        assert_eq!(evenly_spaced(&frames[..5], TILES), [10, 11, 12, 13, 14]);
+    }
+
+    #[test]
+    fn frames_never_share_a_file() {
+        let mut overlay = Overlay::new(Path::new("unused"), String::new(), &[], false).unwrap();
+        assert_eq!(overlay.file_name("a/b.png", 0), "a_b.png");
+        assert_eq!(overlay.file_name("a_b.jpg", 1), "a_b_000001.png");
+        assert_eq!(overlay.file_name("b.v2.tif", 2), "b.v2.png");
+    }
+}

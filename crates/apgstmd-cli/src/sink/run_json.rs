@@ -1,0 +1,168 @@
+//! run.json: what was run, on what, how fast, and what was found.
+
+use std::fs;
+use std::path::Path;
+
+use apgstmd_core::{Params, Size};
+use serde::Serialize;
+
+use crate::Outcome;
+use crate::failure::Failure;
+
+/// Raised when a field changes its meaning or goes away.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The whole record.
+#[derive(Debug, Serialize)]
+pub struct RunRecord<'a> {
+    /// See [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// This program.
+    pub program: &'static str,
+    /// Its version.
+    pub version: &'static str,
+    /// `run` or `demo`.
+    pub command: &'static str,
+    /// What went in.
+    pub input: Input,
+    /// Size of the frames.
+    pub size: SizeRecord,
+    /// Threads.
+    pub threads: usize,
+    /// Frames processed.
+    pub frames: usize,
+    /// Pictures left out, and why.
+    pub skipped: &'a [Skipped],
+    /// The user ended it early.
+    pub interrupted: bool,
+    /// What ended it early.
+    pub error: Option<String>,
+    /// What was found.
+    pub found: Found,
+    /// Time spent.
+    pub seconds_per_frame: Timing,
+    /// Wall time from the first picture to the last.
+    pub seconds: f64,
+    /// Speed the parameters were scaled to by `--speed`, px/frame.
+    pub speed: Option<f64>,
+    /// All parameters, ready to be used again.
+    pub params: &'a Params,
+    /// What the demo's scene holds and how much of it was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluation: Option<serde_json::Value>,
+}
+
+/// What went in.
+#[derive(Debug, Serialize)]
+pub struct Input {
+    /// INPUT as given.
+    pub path: String,
+    /// Pictures there.
+    pub pictures: usize,
+    /// First used.
+    pub start: usize,
+    /// One past the last candidate.
+    pub stop: usize,
+    /// Distance between used ones.
+    pub step: usize,
+    /// Declared bits of 16-bit samples.
+    pub bit_depth: Option<u32>,
+}
+
+/// Rows and columns.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SizeRecord {
+    /// Rows.
+    pub height: usize,
+    /// Columns.
+    pub width: usize,
+}
+
+impl From<Size> for SizeRecord {
+    fn from(size: Size) -> Self {
+        Self { height: size.height, width: size.width }
+    }
+}
+
+/// A picture that was left out.
+#[derive(Clone, Debug, Serialize)]
+pub struct Skipped {
+    /// Its number.
+    pub frame: usize,
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// What was found.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Found {
+    /// Detections in all frames.
+    pub detections: usize,
+    /// Different traces.
+    pub traces: usize,
+    /// Frames with at least one detection.
+    pub frames_with_detections: usize,
+}
+
+/// Seconds a frame, by what was done.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Timing {
+    /// Reading and decoding the picture.
+    pub decode: Statistic,
+    /// The model.
+    pub compute: Statistic,
+    /// Tables, pictures, inner maps.
+    pub write: Statistic,
+    /// All of it.
+    pub total: Statistic,
+}
+
+/// Over frames.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Statistic {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+}
+
+impl Statistic {
+    /// Of a list of values; zero where there are none.
+    pub fn of(values: &[f64]) -> Self {
+        if values.is_empty() {
+            return Self::default();
+        }
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let middle = sorted.len() / 2;
+        let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
+        Self { mean: values.iter().sum::<f64>() / values.len() as f64, median }
+    }
+}
+
+impl RunRecord<'_> {
+    /// Writes the record.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn write(&self, path: &Path) -> Outcome {
+        let mut text = serde_json::to_string_pretty(self).map_err(|error| Failure::write(path, error))?;
+        text.push('\n');
+        fs::write(path, text).map_err(|error| Failure::write(path, error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statistics() {
+        let statistic = Statistic::of(&[4.0, 1.0, 1.0, 2.0]);
+        assert_eq!((statistic.mean, statistic.median), (2.0, 1.5));
+        assert_eq!(Statistic::of(&[3.0]).median, 3.0);
+        assert_eq!(Statistic::of(&[]).mean, 0.0);
+    }
+}

@@ -1,0 +1,120 @@
+//! Detections as CSV or JSON Lines, one row a detection, the strongest of a frame first. Flushed after each frame: what
+//! an interrupted run leaves is complete up to there.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{Seen, Sink};
+use crate::Outcome;
+use crate::failure::Failure;
+
+/// Columns of the tables.
+pub const COLUMNS: [&str; 7] = ["frame", "name", "x", "y", "score", "direction_rad", "trace"];
+
+#[derive(Serialize)]
+struct Row<'a> {
+    frame: usize,
+    name: &'a str,
+    x: f32,
+    y: f32,
+    score: f32,
+    direction_rad: f32,
+    trace: u64,
+}
+
+fn rows<'a>(seen: &'a Seen<'_>) -> impl Iterator<Item = Row<'a>> {
+    seen.response.detections.iter().map(|detection| Row {
+        frame: seen.frame,
+        name: seen.name,
+        x: detection.x,
+        y: detection.y,
+        score: detection.score,
+        direction_rad: detection.direction,
+        trace: detection.trace,
+    })
+}
+
+/// An open file or stdout, with its name for messages.
+pub struct Target {
+    path: PathBuf,
+    out: BufWriter<Box<dyn Write>>,
+}
+
+impl Target {
+    /// Creates a file.
+    ///
+    /// # Errors
+    /// It cannot be created.
+    pub fn file(path: &Path) -> Outcome<Self> {
+        let file = File::create(path).map_err(|error| Failure::write(path, error))?;
+        Ok(Self { path: path.to_owned(), out: BufWriter::new(Box::new(file)) })
+    }
+
+    /// Standard output.
+    pub fn stdout() -> Self {
+        Self { path: PathBuf::from("stdout"), out: BufWriter::new(Box::new(io::stdout())) }
+    }
+}
+
+/// Comma-separated values with a header.
+pub struct Csv {
+    path: PathBuf,
+    writer: csv::Writer<BufWriter<Box<dyn Write>>>,
+}
+
+impl Csv {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn new(target: Target) -> Outcome<Self> {
+        let Target { path, out } = target;
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
+        writer.write_record(COLUMNS).map_err(|error| Failure::write(&path, io_error(error)))?;
+        writer.flush().map_err(|error| Failure::write(&path, error))?;
+        Ok(Self { path, writer })
+    }
+}
+
+impl Sink for Csv {
+    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+        for row in rows(seen) {
+            self.writer.serialize(row).map_err(|error| Failure::write(&self.path, io_error(error)))?;
+        }
+        self.writer.flush().map_err(|error| Failure::write(&self.path, error))
+    }
+}
+
+/// The crate's own conversion loses the kind, and with it whether a pipe was closed.
+fn io_error(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        kind => io::Error::other(format!("{kind:?}")),
+    }
+}
+
+/// One JSON object a line.
+pub struct JsonLines {
+    path: PathBuf,
+    out: BufWriter<Box<dyn Write>>,
+}
+
+impl JsonLines {
+    /// Starts empty.
+    pub fn new(target: Target) -> Self {
+        Self { path: target.path, out: target.out }
+    }
+}
+
+impl Sink for JsonLines {
+    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+        for row in rows(seen) {
+            serde_json::to_writer(&mut self.out, &row).map_err(|error| Failure::write(&self.path, error))?;
+            self.out.write_all(b"\n").map_err(|error| Failure::write(&self.path, error))?;
+        }
+        self.out.flush().map_err(|error| Failure::write(&self.path, error))
+    }
+}

@@ -1,0 +1,76 @@
+//! Where frames come from. Folders and patterns of pictures today; video and pipes can join as further [`FrameSource`]s.
+
+mod decode;
+mod files;
+mod listing;
+mod selection;
+
+use apgstmd_core::{Frame, Size};
+use ndarray::Array3;
+
+pub use files::PictureFiles;
+pub use listing::Listing;
+pub use selection::Selection;
+
+/// A stream of numbered frames.
+pub trait FrameSource {
+    /// How many frames will arrive, where that is known beforehand.
+    fn expected(&self) -> Option<usize>;
+    /// The next frame, readable or not; `None` at the end.
+    fn next_frame(&mut self) -> Option<Arrival>;
+}
+
+/// One frame as it arrives.
+pub struct Arrival {
+    /// Number of the frame in its source, from 0.
+    pub frame: usize,
+    /// Name in the tables: the file's name.
+    pub name: String,
+    /// Where it came from, for messages: the file's path.
+    pub origin: String,
+    /// The picture, or why there is none.
+    pub picture: Result<Picture, String>,
+}
+
+/// A decoded picture: (rows, columns, channels), channels 1 or 3, or 4 with alpha.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// 8-bit samples.
+    U8(Array3<u8>),
+    /// 16-bit samples.
+    U16(Array3<u16>),
+    /// Luminance in [0, 1].
+    F32(Array3<f32>),
+    /// Luminance in [0, 1].
+    F64(Array3<f64>),
+}
+
+/// Pixels and how to read them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The samples.
+    pub pixels: Pixels,
+    /// Bits that 16-bit samples really use, where the user said so.
+    pub bits: Option<u32>,
+}
+
+impl Picture {
+    /// As the detector takes it.
+    pub fn frame(&self) -> Frame<'_> {
+        let frame = match &self.pixels {
+            Pixels::U8(samples) => Frame::from(samples.view()),
+            Pixels::U16(samples) => Frame::from(samples.view()),
+            Pixels::F32(samples) => Frame::from(samples.view()),
+            Pixels::F64(samples) => Frame::from(samples.view()),
+        };
+        match self.bits {
+            Some(bits) => frame.with_bits(bits),
+            None => frame,
+        }
+    }
+
+    /// Rows and columns.
+    pub fn size(&self) -> Size {
+        self.frame().size()
+    }
+}
