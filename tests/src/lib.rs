@@ -1,1 +1,4 @@
-//! The naive float64 model: the oracle for every fast path.
+//! The naive float64 model, golden data and what the suites in `tests/` share.
+
+pub mod golden;
+pub mod naive;

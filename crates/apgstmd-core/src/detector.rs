@@ -33,6 +33,8 @@ pub const MOST_THREADS: usize = 256;
 ///     });
 ///     detector.process_into(frame.view(), &mut response)?;
 /// }
+/// let target = response.detections[0];
+/// assert!((target.x - 49.0).abs() < 2.0 && (target.y - 32.0).abs() < 1.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Detector {
@@ -63,7 +65,7 @@ impl Detector {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
         let workers = Workers::new(threads)?;
-        Ok(Self { model: ApgStmd::new(size, params), workers })
+        Ok(Self { model: ApgStmd::new(size, params, threads), workers })
     }
 
     /// Size of the frames it takes.

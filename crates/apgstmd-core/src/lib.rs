@@ -16,6 +16,7 @@
 
 mod detection;
 mod detector;
+mod direction;
 mod error;
 pub mod evaluation;
 mod filter;
@@ -27,6 +28,7 @@ mod probe;
 mod row;
 mod stage;
 pub mod stimulus;
+mod tiles;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};

@@ -1,1 +1,8 @@
-//! Mathematics.
+//! Mathematics: filters over time and space. Knows no neurons.
+
+pub(crate) mod gamma;
+pub(crate) mod kernel;
+pub(crate) mod patch;
+pub(crate) mod peaks;
+pub(crate) mod ring;
+pub(crate) mod temporal;

@@ -1,3 +1,6 @@
-//! Wiring.
+//! Wiring of the models.
+
 mod apg_stmd;
+mod lag;
+
 pub(crate) use apg_stmd::ApgStmd;

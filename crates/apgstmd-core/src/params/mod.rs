@@ -365,6 +365,11 @@ impl Params {
         Ok(())
     }
 
+    /// dt as a count of frames.
+    pub(crate) fn horizon(&self) -> usize {
+        self.prediction.horizon as usize
+    }
+
     /// How many last points of a trace the `motion` rejection judges: max(8, ceil(motion_path / v_opt)).
     pub fn motion_window(&self) -> u32 {
         ((self.rejection.motion_path / self.prediction.v_opt).ceil() as u32).max(8)

@@ -1,2 +1,7 @@
-//! The machine.
+//! The machine: threads over bands of rows, instruction sets inside a row. Knows nothing of filters or neurons.
+
+pub(crate) mod bands;
+pub(crate) mod convolve;
+pub(crate) mod mix;
+pub(crate) mod recurse;
 pub(crate) mod workers;

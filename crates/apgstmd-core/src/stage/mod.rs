@@ -1,1 +1,14 @@
-//! Anatomy.
+//! Anatomy: one file a brain region or module, each with `new`, `process` and `reset`.
+
+pub(crate) mod attention;
+pub(crate) mod background;
+pub(crate) mod contrast;
+pub(crate) mod facilitation;
+pub(crate) mod lamina;
+pub(crate) mod lobula;
+pub(crate) mod medulla;
+pub(crate) mod memorizer;
+pub(crate) mod prediction;
+pub(crate) mod rejection;
+pub(crate) mod retina;
+pub(crate) mod traces;

@@ -114,7 +114,7 @@ fn trail(
         let (from, to) = (at(&pair[0]), at(&pair[1]));
         let middle = (0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1));
         if free(from) && free(to) && free(middle) {
-            canvas.segment(from, to, 0.9 * line, colour(trace), 0.85 * trails.freshness(&pair[1]));
+            canvas.segment(from, to, 0.9 * line, colour(trace), 0.3 + 0.6 * trails.freshness(&pair[1]));
         }
     }
 }

@@ -54,7 +54,6 @@ pub(super) fn draw(
     let (x, y, side) = (x.floor(), y.floor(), side as f32);
     for (from, to) in [
         ((tx, y), (tx, y + mark)),
-        ((tx, y + side), (tx, y + side - mark)),
         ((x, ty), (x + mark, ty)),
         ((x + side, ty), (x + side - mark, ty)),
     ] {

@@ -1,0 +1,144 @@
+//! Facilitated output: Q(t) = E'(t) + beta sum over k = 0..dt of exp(kappa (k - dt)) F(t - k).
+//!
+//! Input: E' and the memorizer. Output: the response map max over directions of Q, the direction map, and Q at a pixel.
+//! No state. Tiles without E' and without F are zero and cost nothing.
+
+use ndarray::Array3;
+
+use crate::DIRECTIONS;
+use crate::detection::Response;
+use crate::direction::of_vector_sum;
+use crate::params::PredictionParams;
+use crate::plane::Plane;
+use crate::row::bands::{Bands, Rows, Scratch};
+use crate::row::mix::add_scaled;
+use crate::stage::memorizer::{Memorizer, TILE_AREA};
+use crate::tiles::{Area, TILE};
+
+pub(crate) struct Facilitation {
+    /// beta exp(kappa (k - dt)) for k = 0..=dt.
+    weights: Vec<f32>,
+    scratch: Scratch<Vec<f32>>,
+}
+
+impl Facilitation {
+    pub fn new(params: &PredictionParams, threads: usize) -> Self {
+        let horizon = params.horizon;
+        let weight = |k: u32| params.beta * (params.kappa * (f64::from(k) - f64::from(horizon))).exp();
+        Self {
+            weights: (0..=horizon).filter(|_| params.enabled).map(|k| weight(k) as f32).collect(),
+            scratch: Scratch::new(threads, || vec![0.0; DIRECTIONS * TILE_AREA]),
+        }
+    }
+
+    /// Writes both maps.
+    pub fn process(&self, bands: &Bands, kept: &[Plane; DIRECTIONS], memorizer: &Memorizer, response: &mut Response) {
+        let size = kept[0].size();
+        let maps = [&mut response.map, &mut response.direction].map(|map| Rows {
+            data: map.as_slice_mut().expect("make_response makes contiguous maps"),
+            stride: size.width,
+        });
+        bands.over_tiles(size.height, maps, |range, [mut map, mut direction]| {
+            for row in 0..range.len() {
+                map.row(row).fill(0.0);
+                direction.row(row).fill(f32::NAN);
+            }
+            for column in 0..memorizer.grid.across {
+                let tile = memorizer.grid.holding(column * TILE, range.start);
+                self.scratch.with(bands, |q| {
+                    if !self.tile(bands, kept, memorizer, tile, q) {
+                        return;
+                    }
+                    let Area { left, rows, columns, .. } = memorizer.grid.area(tile);
+                    for y in 0..rows {
+                        let map = &mut map.row(y)[left..left + columns];
+                        let direction = &mut direction.row(y)[left..left + columns];
+                        for (x, (map, direction)) in map.iter_mut().zip(direction).enumerate() {
+                            let q: [f32; DIRECTIONS] = std::array::from_fn(|k| q[k * TILE_AREA + y * TILE + x]);
+                            *map = q.into_iter().fold(0.0, f32::max);
+                            if *map > 0.0 {
+                                *direction = of_vector_sum(&q);
+                            }
+                        }
+                    }
+                });
+            }
+        });
+    }
+
+    /// Q of one tile; false where it is zero everywhere and `q` was not written.
+    fn tile(
+        &self,
+        bands: &Bands,
+        kept: &[Plane; DIRECTIONS],
+        memorizer: &Memorizer,
+        tile: usize,
+        q: &mut [f32],
+    ) -> bool {
+        let Area { top, left, rows, columns } = memorizer.grid.area(tile);
+        let mut any = 0;
+        for plane in kept {
+            for y in top..top + rows {
+                any = plane.row(y)[left..left + columns].iter().fold(any, |any, value| any | value.to_bits());
+            }
+        }
+        let remembered = (0..=memorizer.horizon()).any(|k| memorizer.ago(k).mask[tile] != 0);
+        if any == 0 && !remembered {
+            return false;
+        }
+        for (plane, q) in kept.iter().zip(q.chunks_exact_mut(TILE_AREA)) {
+            q.fill(0.0);
+            for (y, q) in q.chunks_exact_mut(TILE).enumerate().take(rows) {
+                q[..columns].copy_from_slice(&plane.row(top + y)[left..left + columns]);
+            }
+        }
+        for (k, weight) in self.weights.iter().enumerate() {
+            let gains = memorizer.ago(k);
+            if let Some(block) = gains.tile(tile) {
+                for (direction, q) in q.chunks_exact_mut(TILE_AREA).enumerate() {
+                    if gains.mask[tile] >> direction & 1 == 1 {
+                        add_scaled(bands.level(), *weight, block.f(direction), q);
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Q at one pixel.
+    pub fn at(&self, kept: &[Plane; DIRECTIONS], memorizer: &Memorizer, x: usize, y: usize) -> [f32; DIRECTIONS] {
+        let tile = memorizer.grid.holding(x, y);
+        let Area { top, left, .. } = memorizer.grid.area(tile);
+        let place = (y - top) * TILE + x - left;
+        std::array::from_fn(|direction| {
+            let mut q = kept[direction].row(y)[x];
+            for (k, weight) in self.weights.iter().enumerate() {
+                if let Some(block) = memorizer.ago(k).tile(tile) {
+                    q += weight * block.f(direction)[place];
+                }
+            }
+            q
+        })
+    }
+
+    /// Q of a whole frame.
+    pub fn map(&self, kept: &[Plane; DIRECTIONS], memorizer: &Memorizer) -> Array3<f32> {
+        let size = kept[0].size();
+        let bands = Bands::new(1);
+        let mut map = Array3::zeros((DIRECTIONS, size.height, size.width));
+        let mut q = vec![0.0; DIRECTIONS * TILE_AREA];
+        for tile in 0..memorizer.grid.count() {
+            if self.tile(&bands, kept, memorizer, tile, &mut q) {
+                let Area { top, left, rows, columns } = memorizer.grid.area(tile);
+                for (direction, q) in q.chunks_exact(TILE_AREA).enumerate() {
+                    for y in 0..rows {
+                        for x in 0..columns {
+                            map[[direction, top + y, left + x]] = q[y * TILE + x];
+                        }
+                    }
+                }
+            }
+        }
+        map
+    }
+}

@@ -1,0 +1,119 @@
+//! Memorizer: F and M of the last dt frames, and of the present one, as tiles: what is zero is not stored.
+//!
+//! A ring of dt + 1 frames. Each holds room for every tile, but the pages of tiles that were never needed are never
+//! touched, so memory follows the largest part of the picture that was predicted in at once.
+
+use crate::DIRECTIONS;
+use crate::frame::Size;
+use crate::tiles::{Area, Grid, TILE};
+
+/// Values of one tile of one map.
+pub(crate) const TILE_AREA: usize = TILE * TILE;
+/// Values of a block: F in 8 directions, then M.
+pub(crate) const BLOCK: usize = (DIRECTIONS + 1) * TILE_AREA;
+
+const ABSENT: u32 = u32::MAX;
+
+/// F and M of one frame.
+pub(crate) struct Gains {
+    /// Block of each tile, or `ABSENT`.
+    block: Vec<u32>,
+    /// Bit k: direction k is not zero everywhere in this tile.
+    pub mask: Vec<u8>,
+    pub data: Vec<f32>,
+    /// Largest M.
+    pub peak: f32,
+}
+
+/// One tile that has predictions.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a>(&'a [f32]);
+
+impl<'a> Block<'a> {
+    pub fn f(self, direction: usize) -> &'a [f32] {
+        &self.0[direction * TILE_AREA..(direction + 1) * TILE_AREA]
+    }
+
+    pub fn m(self) -> &'a [f32] {
+        self.f(DIRECTIONS)
+    }
+}
+
+impl Gains {
+    fn new(tiles: usize) -> Self {
+        Self { block: vec![ABSENT; tiles], mask: vec![0; tiles], data: vec![0.0; tiles * BLOCK], peak: 0.0 }
+    }
+
+    pub fn clear(&mut self) {
+        self.block.fill(ABSENT);
+        self.mask.fill(0);
+        self.peak = 0.0;
+    }
+
+    /// Names the block that holds a tile.
+    pub fn set(&mut self, tile: usize, block: usize, mask: u8) {
+        self.block[tile] = if mask == 0 { ABSENT } else { block as u32 };
+        self.mask[tile] = mask;
+    }
+
+    pub fn tile(&self, tile: usize) -> Option<Block<'_>> {
+        let block = self.block[tile];
+        (block != ABSENT).then(|| Block(&self.data[block as usize * BLOCK..(block as usize + 1) * BLOCK]))
+    }
+
+    /// Copies map `k` (a direction, or `DIRECTIONS` for M) into whole-picture coordinates.
+    pub fn copy_map(&self, grid: &Grid, k: usize, mut into: ndarray::ArrayViewMut2<'_, f32>) {
+        for tile in 0..grid.count() {
+            if let Some(block) = self.tile(tile) {
+                let Area { top, left, rows, columns } = grid.area(tile);
+                for y in 0..rows {
+                    for x in 0..columns {
+                        into[[top + y, left + x]] = block.f(k)[y * TILE + x];
+                    }
+                }
+            }
+        }
+    }
+}
+
+pub(crate) struct Memorizer {
+    pub grid: Grid,
+    ring: Vec<Gains>,
+    /// Place of the present frame.
+    now: usize,
+}
+
+impl Memorizer {
+    pub fn new(size: Size, horizon: usize) -> Self {
+        let grid = Grid::new(size);
+        Self { grid, ring: (0..=horizon).map(|_| Gains::new(grid.count())).collect(), now: 0 }
+    }
+
+    /// Begins a frame: the oldest frame is forgotten, its place becomes the present.
+    pub fn advance(&mut self) {
+        self.now = (self.now + 1) % self.ring.len();
+        self.ring[self.now].clear();
+    }
+
+    /// F and M of `frames` ago; 0 is the present, dt the oldest.
+    pub fn ago(&self, frames: usize) -> &Gains {
+        &self.ring[(self.now + self.ring.len() - frames) % self.ring.len()]
+    }
+
+    /// F and M of dt frames ago, to read, and of the present, to write.
+    pub fn oldest_and_present(&mut self) -> (&Gains, &mut Gains) {
+        let oldest = (self.now + 1) % self.ring.len();
+        let (low, high) = (oldest.min(self.now), oldest.max(self.now));
+        let (head, tail) = self.ring.split_at_mut(high);
+        if self.now == high { (&head[low], &mut tail[0]) } else { (&tail[0], &mut head[low]) }
+    }
+
+    pub fn horizon(&self) -> usize {
+        self.ring.len() - 1
+    }
+
+    pub fn reset(&mut self) {
+        self.ring.iter_mut().for_each(Gains::clear);
+        self.now = 0;
+    }
+}

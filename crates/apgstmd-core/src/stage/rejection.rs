@@ -1,0 +1,160 @@
+//! Rejection: peaks of E are linked into traces; E' keeps E near peaks whose trace is confirmed.
+//!
+//! Input: E, P. Output: E', the confirmed peaks, the background's shift. State: traces, background. `off` keeps
+//! everything; `contrast` asks that directional contrast vary along the trace (STMD+); `motion` asks that the trace move,
+//! in a line, relative to the background.
+
+use crate::DIRECTIONS;
+use crate::filter::peaks::{Peak, find, most};
+use crate::frame::Size;
+use crate::params::{Params, RejectionMode};
+use crate::plane::Plane;
+use crate::stage::background::Background;
+use crate::stage::contrast::{Contrast, ORIENTATIONS};
+use crate::stage::traces::{Point, Trace, Traces};
+
+pub(crate) struct Rejection {
+    mode: RejectionMode,
+    threshold: f32,
+    peak_radius: usize,
+    max_peaks: usize,
+    keep_radius: usize,
+    min_points: usize,
+    least: Least,
+    background: Background,
+    pub contrast: Contrast,
+    peaks: Vec<Peak>,
+    traces: Traces,
+    /// How far the background has moved since the start.
+    travelled: (f64, f64),
+    shift: (f64, f64),
+    /// Confirmed peaks of this frame, with their traces.
+    pub confirmed: Vec<(Peak, u64)>,
+    kept: [Plane; DIRECTIONS],
+}
+
+/// What a confirmed trace must have shown.
+struct Least {
+    deviation: f64,
+    distance: f64,
+    straightness: f64,
+}
+
+impl Rejection {
+    pub fn new(size: Size, params: &Params) -> Self {
+        let rejection = &params.rejection;
+        let (window, min_points) = match rejection.mode {
+            RejectionMode::Off => (1, 0),
+            RejectionMode::Contrast => (rejection.contrast_window, rejection.contrast_min_points),
+            RejectionMode::Motion => (params.motion_window(), rejection.motion_min_points),
+        };
+        let peak_radius = params.detection.peak_radius as usize;
+        let max_peaks = (params.detection.max_peaks as usize).min(most(size, peak_radius));
+        // With `off` E' is E itself.
+        let kept_size = if rejection.mode == RejectionMode::Off { Size::new(0, 0) } else { size };
+        Self {
+            mode: rejection.mode,
+            threshold: params.detection.threshold as f32,
+            peak_radius,
+            max_peaks,
+            keep_radius: rejection.keep_radius as usize,
+            min_points: min_points as usize,
+            least: Least {
+                deviation: rejection.contrast_deviation,
+                distance: rejection.motion_distance,
+                straightness: rejection.motion_straightness,
+            },
+            background: Background::new(size),
+            contrast: Contrast::new(rejection),
+            peaks: Vec::with_capacity(most(size, peak_radius)),
+            traces: Traces::new(rejection.gate, rejection.max_missed, max_peaks, window as usize),
+            travelled: (0.0, 0.0),
+            shift: (0.0, 0.0),
+            confirmed: Vec::with_capacity(max_peaks),
+            kept: std::array::from_fn(|_| Plane::new(kept_size)),
+        }
+    }
+
+    /// Confirms peaks and makes E' of this frame.
+    pub fn process(&mut self, p: &Plane, e: &[Plane; DIRECTIONS], strongest: &Plane) {
+        if self.mode == RejectionMode::Motion {
+            self.shift = self.background.process(p);
+            self.travelled = (self.travelled.0 + self.shift.0, self.travelled.1 + self.shift.1);
+        }
+        find(strongest, self.peak_radius, self.threshold, self.max_peaks, &mut self.peaks);
+        let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
+        self.traces.link(&self.peaks, self.shift, |peak| Point {
+            relative: (f64::from(peak.sub_x) - travelled.0, f64::from(peak.sub_y) - travelled.1),
+            contrast: if mode == RejectionMode::Contrast {
+                contrast.at(p, peak.x, peak.y)
+            } else {
+                [0.0; ORIENTATIONS]
+            },
+        });
+        self.clear_kept();
+        self.confirmed.clear();
+        for (index, peak) in self.peaks.iter().enumerate() {
+            let trace = self.traces.of_peak(index);
+            if self.confirms(trace) {
+                self.confirmed.push((*peak, trace.id));
+            }
+        }
+        if mode != RejectionMode::Off {
+            self.each_kept(|kept, k, y, columns| {
+                kept.row_mut(y)[columns.clone()].copy_from_slice(&e[k].row(y)[columns]);
+            });
+        }
+    }
+
+    fn confirms(&self, trace: &Trace) -> bool {
+        if trace.points.len() < self.min_points {
+            return false;
+        }
+        match self.mode {
+            RejectionMode::Off => true,
+            RejectionMode::Contrast => trace.contrast_deviation() >= self.least.deviation,
+            RejectionMode::Motion => {
+                let (net, path) = trace.movement();
+                net >= self.least.distance && net >= self.least.straightness * path
+            }
+        }
+    }
+
+    /// E': E within `keep_radius` of a confirmed peak, zero elsewhere; with `off`, E itself.
+    pub fn kept<'a>(&'a self, e: &'a [Plane; DIRECTIONS]) -> &'a [Plane; DIRECTIONS] {
+        if self.mode == RejectionMode::Off { e } else { &self.kept }
+    }
+
+    /// Shift of the background since the last frame, px.
+    pub fn shift(&self) -> (f64, f64) {
+        self.shift
+    }
+
+    fn each_kept(&mut self, mut work: impl FnMut(&mut Plane, usize, usize, std::ops::Range<usize>)) {
+        for (peak, _) in &self.confirmed {
+            for (k, kept) in self.kept.iter_mut().enumerate() {
+                let Size { height, width } = kept.size();
+                let rows = peak.y.saturating_sub(self.keep_radius)..(peak.y + self.keep_radius + 1).min(height);
+                let columns = peak.x.saturating_sub(self.keep_radius)..(peak.x + self.keep_radius + 1).min(width);
+                for y in rows {
+                    work(kept, k, y, columns.clone());
+                }
+            }
+        }
+    }
+
+    fn clear_kept(&mut self) {
+        if self.mode != RejectionMode::Off {
+            self.each_kept(|kept, _, y, columns| kept.row_mut(y)[columns].fill(0.0));
+        }
+    }
+
+    pub fn reset(&mut self) {
+        self.clear_kept();
+        self.confirmed.clear();
+        self.background.reset();
+        self.traces.reset();
+        self.travelled = (0.0, 0.0);
+        self.shift = (0.0, 0.0);
+    }
+}

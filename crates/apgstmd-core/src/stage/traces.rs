@@ -1,0 +1,187 @@
+//! Traces: peaks linked from frame to frame, closest pairs first, and what each trace has shown so far.
+//!
+//! State: the living traces with their last points. A trace is expected at its last place plus its velocity
+//! (0.7 v + 0.3 step) and ends after `max_missed` frames without a peak.
+
+use std::collections::VecDeque;
+
+use crate::filter::peaks::Peak;
+use crate::stage::contrast::ORIENTATIONS;
+
+/// What is remembered of a trace at a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    /// Place relative to the background.
+    pub relative: (f64, f64),
+    /// Directional contrast there.
+    pub contrast: [f32; ORIENTATIONS],
+}
+
+pub(crate) struct Trace {
+    pub id: u64,
+    place: (f64, f64),
+    velocity: (f64, f64),
+    missed: u32,
+    pub points: VecDeque<Point>,
+}
+
+struct Pair {
+    distance: f64,
+    trace: usize,
+    peak: usize,
+}
+
+pub(crate) struct Traces {
+    gate: f64,
+    max_missed: u32,
+    window: usize,
+    living: Vec<Trace>,
+    /// Ended traces, kept for the memory of their points.
+    spare: Vec<Trace>,
+    pairs: Vec<Pair>,
+    /// Trace of each peak of this frame.
+    owner: Vec<Option<usize>>,
+    /// Peak of each living trace in this frame.
+    found: Vec<Option<usize>>,
+    next_id: u64,
+}
+
+impl Traces {
+    /// Room for `most_peaks` a frame and `window` points a trace.
+    pub fn new(gate: f64, max_missed: u32, most_peaks: usize, window: usize) -> Self {
+        // A trace lives only while it was seen in the last max_missed + 1 frames.
+        let most = most_peaks * (max_missed as usize + 2);
+        let trace = || Trace {
+            id: 0,
+            place: (0.0, 0.0),
+            velocity: (0.0, 0.0),
+            missed: 0,
+            points: VecDeque::with_capacity(window + 1),
+        };
+        Self {
+            gate,
+            max_missed,
+            window,
+            living: Vec::with_capacity(most),
+            spare: (0..most).map(|_| trace()).collect(),
+            pairs: Vec::with_capacity(most * most_peaks),
+            owner: Vec::with_capacity(most_peaks),
+            found: Vec::with_capacity(most),
+            next_id: 0,
+        }
+    }
+
+    /// Links the peaks of a frame; `shift` is the background's since the last, `point` what to remember of a peak.
+    pub fn link(&mut self, peaks: &[Peak], shift: (f64, f64), point: impl Fn(&Peak) -> Point) {
+        self.pairs.clear();
+        for (index, trace) in self.living.iter().enumerate() {
+            let frames = f64::from(trace.missed + 1);
+            let expected = (trace.place.0 + trace.velocity.0 * frames, trace.place.1 + trace.velocity.1 * frames);
+            for (peak_index, peak) in peaks.iter().enumerate() {
+                let distance = (f64::from(peak.sub_x) - expected.0).hypot(f64::from(peak.sub_y) - expected.1);
+                if distance <= self.gate {
+                    self.pairs.push(Pair { distance, trace: index, peak: peak_index });
+                }
+            }
+        }
+        self.pairs
+            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then((a.trace, a.peak).cmp(&(b.trace, b.peak))));
+        self.owner.clear();
+        self.owner.resize(peaks.len(), None);
+        self.found.clear();
+        self.found.resize(self.living.len(), None);
+        for pair in &self.pairs {
+            if self.owner[pair.peak].is_none() && self.found[pair.trace].is_none() {
+                self.owner[pair.peak] = Some(pair.trace);
+                self.found[pair.trace] = Some(pair.peak);
+            }
+        }
+        for (trace, found) in self.living.iter_mut().zip(&self.found) {
+            match found {
+                Some(peak) => trace.follow(&peaks[*peak]),
+                None => trace.missed += 1,
+            }
+        }
+        self.forget();
+        for (peak, owner) in peaks.iter().zip(&mut self.owner) {
+            if owner.is_none() {
+                let mut trace = self.spare.pop().expect("room for every trace that can live");
+                trace.begin(self.next_id, peak, shift);
+                self.next_id += 1;
+                *owner = Some(self.living.len());
+                self.living.push(trace);
+            }
+            let trace = &mut self.living[owner.expect("every peak has a trace")];
+            if trace.points.len() == self.window {
+                trace.points.pop_front();
+            }
+            trace.points.push_back(point(peak));
+        }
+    }
+
+    /// Ends the traces that were not seen for too long, and renumbers the owners of the peaks.
+    fn forget(&mut self) {
+        let mut kept = 0;
+        for index in 0..self.living.len() {
+            if self.living[index].missed <= self.max_missed {
+                if let Some(peak) = self.found[index] {
+                    self.owner[peak] = Some(kept);
+                }
+                self.living.swap(kept, index);
+                kept += 1;
+            }
+        }
+        self.spare.extend(self.living.drain(kept..));
+    }
+
+    /// The trace of a peak of this frame.
+    pub fn of_peak(&self, peak: usize) -> &Trace {
+        &self.living[self.owner[peak].expect("every peak has a trace")]
+    }
+
+    pub fn reset(&mut self) {
+        self.spare.append(&mut self.living);
+        self.next_id = 0;
+    }
+}
+
+impl Trace {
+    fn begin(&mut self, id: u64, peak: &Peak, velocity: (f64, f64)) {
+        self.id = id;
+        self.place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
+        self.velocity = velocity;
+        self.missed = 0;
+        self.points.clear();
+    }
+
+    fn follow(&mut self, peak: &Peak) {
+        let place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
+        let frames = f64::from(self.missed + 1);
+        let step = ((place.0 - self.place.0) / frames, (place.1 - self.place.1) / frames);
+        self.velocity = (0.7 * self.velocity.0 + 0.3 * step.0, 0.7 * self.velocity.1 + 0.3 * step.1);
+        self.place = place;
+        self.missed = 0;
+    }
+
+    /// Net displacement and path length of the remembered points relative to the background, px.
+    pub fn movement(&self) -> (f64, f64) {
+        let distance = |a: &Point, b: &Point| (b.relative.0 - a.relative.0).hypot(b.relative.1 - a.relative.1);
+        let net = match (self.points.front(), self.points.back()) {
+            (Some(first), Some(last)) => distance(first, last),
+            _ => 0.0,
+        };
+        (net, self.points.iter().zip(self.points.iter().skip(1)).map(|(a, b)| distance(a, b)).sum())
+    }
+
+    /// Largest standard deviation over the orientations of the remembered contrasts.
+    pub fn contrast_deviation(&self) -> f64 {
+        let count = self.points.len() as f64;
+        (0..ORIENTATIONS)
+            .map(|j| {
+                let values = || self.points.iter().map(|point| f64::from(point.contrast[j]));
+                let mean = values().sum::<f64>() / count;
+                (values().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+            })
+            .fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,98 @@
+//! The grid of square tiles on which attention and prediction are sparse.
+
+use crate::frame::Size;
+use crate::row::bands::Split;
+
+/// Side of a tile, px: two cache lines wide, and a typical target's surroundings are a few tiles.
+pub(crate) const TILE: usize = 32;
+
+/// How a picture is cut into tiles, counted row by row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    size: Size,
+    pub across: usize,
+    pub down: usize,
+}
+
+/// The pixels of one tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Area {
+    pub top: usize,
+    pub left: usize,
+    pub rows: usize,
+    pub columns: usize,
+}
+
+impl Grid {
+    pub fn new(size: Size) -> Self {
+        Self { size, across: size.width.div_ceil(TILE), down: size.height.div_ceil(TILE) }
+    }
+
+    pub fn count(&self) -> usize {
+        self.across * self.down
+    }
+
+    pub fn area(&self, tile: usize) -> Area {
+        let (top, left) = (tile / self.across * TILE, tile % self.across * TILE);
+        Area { top, left, rows: TILE.min(self.size.height - top), columns: TILE.min(self.size.width - left) }
+    }
+
+    /// The tile that holds pixel (x, y).
+    pub fn holding(&self, x: usize, y: usize) -> usize {
+        y / TILE * self.across + x / TILE
+    }
+
+    /// The tiles within `reach` pixels of a tile, itself among them.
+    pub fn around(&self, tile: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (row, column) = (tile / self.across, tile % self.across);
+        let span = reach.div_ceil(TILE);
+        let rows = row.saturating_sub(span)..=(row + span).min(self.down - 1);
+        let (first, last, across) = (column.saturating_sub(span), (column + span).min(self.across - 1), self.across);
+        rows.flat_map(move |row| (first..=last).map(move |column| row * across + column))
+    }
+}
+
+/// One value a tile, cut with the rows of pixels where a band ends between two rows of tiles.
+pub(crate) struct PerTile<'a, T> {
+    pub values: &'a mut [T],
+    pub across: usize,
+}
+
+impl<T: Send> Split for PerTile<'_, T> {
+    fn split(self, rows: usize) -> (Self, Self) {
+        debug_assert!(rows.is_multiple_of(TILE));
+        let (head, tail) = self.values.split_at_mut(rows / TILE * self.across);
+        (Self { values: head, across: self.across }, Self { values: tail, across: self.across })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_cover_the_picture_once() {
+        for size in [Size::new(16, 16), Size::new(33, 95), Size::new(64, 64)] {
+            let grid = Grid::new(size);
+            let mut seen = vec![0; size.area()];
+            for tile in 0..grid.count() {
+                let Area { top, left, rows, columns } = grid.area(tile);
+                for y in top..top + rows {
+                    for x in left..left + columns {
+                        seen[y * size.width + x] += 1;
+                        assert_eq!(grid.holding(x, y), tile);
+                    }
+                }
+            }
+            assert!(seen.iter().all(|times| *times == 1));
+        }
+    }
+
+    #[test]
+    fn around_reaches_far_enough_and_stops_at_the_edge() {
+        let grid = Grid::new(Size::new(160, 160));
+        assert_eq!(grid.around(0, 13).collect::<Vec<_>>(), [0, 1, 5, 6]);
+        assert_eq!(grid.around(12, 33).count(), 25);
+        assert_eq!(grid.around(12, 0).collect::<Vec<_>>(), [12]);
+    }
+}
