@@ -8,8 +8,6 @@ from __future__ import annotations
 import csv
 import json
 import os
-import signal
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Sequence
@@ -135,12 +133,21 @@ def run(
 
 def _call(argv: list[str], show: bool) -> None:
     """Runs the command line; its failures become exceptions."""
+    import signal
+    import subprocess  # slow to import, and most users feed frames themselves
+
     if not sys.executable:
         raise RuntimeError("this interpreter does not know its own program: use Detector in a loop instead of run()")
     # The child must find this very package, wherever it was imported from.
     path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
     # A Ctrl-C on the terminal reaches whole process groups. This one passes it on, so that it arrives once.
-    own_group: dict[str, Any] = {"creationflags": 512} if sys.platform == "win32" else {"process_group": 0}
+    own_group: dict[str, Any]
+    if sys.platform == "win32":
+        own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+        please_stop = signal.CTRL_BREAK_EVENT
+    else:
+        own_group = {"process_group": 0}
+        please_stop = signal.SIGINT
     with subprocess.Popen(
         [sys.executable, "-P", "-m", "apgstmd", *argv],
         stdin=subprocess.DEVNULL,
@@ -153,7 +160,7 @@ def _call(argv: list[str], show: bool) -> None:
         try:
             said = child.communicate()[1] or ""
         except BaseException:
-            child.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+            child.send_signal(please_stop)
             child.wait()
             raise
     if child.returncode == 130:

@@ -63,12 +63,12 @@ def test_ctrl_c_ends_quietly_with_130(tmp_path: Path) -> None:
     for t in range(1, 3000):
         (frames / f"{t}.png").hardlink_to(frames / "0.png")
     argv = [*SCRIPT, "run", str(frames), "--out", str(tmp_path / "out"), "--dump", "P", "--threads", "1"]
-    process = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not (tmp_path / "out" / "dump" / "P_000002.npy").exists():
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=60)
+    with subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60
+        while not (tmp_path / "out" / "dump" / "P_000002.npy").exists():
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in stderr

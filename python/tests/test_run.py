@@ -143,12 +143,12 @@ except KeyboardInterrupt:
     print("interrupted", flush=True)
     print(apgstmd.run({str(long)!r}, stop=5, threads=1).frames)  # and the next run is a fresh one
 """
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not (tmp_path / "out" / "dump" / "P_000002.npy").exists():
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
-    process.send_signal(signal.SIGINT)
-    assert process.communicate(timeout=60)[0].split() == ["interrupted", "5"]
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60
+        while not (tmp_path / "out" / "dump" / "P_000002.npy").exists():
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=60)[0].split() == ["interrupted", "5"]
     summary = json.loads((tmp_path / "out" / "run.json").read_text())
     assert summary["interrupted"] and 2 < summary["frames"] < 3000
