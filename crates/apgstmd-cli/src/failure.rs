@@ -61,7 +61,7 @@ impl Failure {
         }
     }
 
-    pub(crate) fn exit_code(&self) -> u8 {
+    fn exit_code(&self) -> u8 {
         match self {
             Self::ClosedPipe => 0,
             Self::Failed(_) => 1,
@@ -70,10 +70,12 @@ impl Failure {
         }
     }
 
-    pub(crate) fn report(&self) {
+    /// Prints what is to be said and returns the exit code.
+    pub(crate) fn report(&self) -> u8 {
         if let Self::Usage(message) | Self::Failed(message) = self {
             print_error(&message.what, message.hint.as_deref());
         }
+        self.exit_code()
     }
 }
 
@@ -86,25 +88,32 @@ pub fn reason(error: &io::Error) -> String {
     }
 }
 
-/// clap's message in our form, `--help` and `--version` in clap's own.
-pub(crate) fn report_usage(error: &clap::Error) -> u8 {
-    use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
-    if matches!(error.kind(), DisplayHelp | DisplayVersion | DisplayHelpOnMissingArgumentOrSubcommand) {
-        // A closed pipe is the only thing that can go wrong here, and nobody is left to be told.
-        let _ = error.print();
-        return u8::try_from(error.exit_code()).unwrap_or(2);
+impl From<clap::Error> for Failure {
+    /// clap's message in our form.
+    fn from(error: clap::Error) -> Self {
+        let text = error.render().to_string();
+        let (what, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
+        let tip = rest.lines().find_map(|line| line.trim().strip_prefix("tip: "));
+        let stray_file = error.kind() == clap::error::ErrorKind::UnknownArgument && !what.contains("'-");
+        let hint = match tip {
+            _ if stray_file => "one INPUT is taken: put a pattern in quotes, e.g. 'frames/*.png'",
+            Some(tip) => tip,
+            None => "see --help for what is expected",
+        };
+        Self::usage(what.trim_start_matches("error: ")).hint(hint)
     }
-    let text = error.render().to_string();
-    let (what, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
-    let tip = rest.lines().find_map(|line| line.trim().strip_prefix("tip: "));
-    let pattern = error.kind() == clap::error::ErrorKind::UnknownArgument && !what.contains("'-");
-    let hint = match tip {
-        _ if pattern => "one INPUT is taken: put a pattern in quotes, e.g. 'frames/*.png'",
-        Some(tip) => tip,
-        None => "see --help for what is expected",
-    };
-    print_error(what.trim_start_matches("error: "), Some(hint));
-    2
+}
+
+/// Whether clap's "error" is the answer to --help or --version.
+pub(crate) fn is_answer(error: &clap::Error) -> bool {
+    use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
+    matches!(error.kind(), DisplayHelp | DisplayVersion | DisplayHelpOnMissingArgumentOrSubcommand)
+}
+
+pub(crate) fn print_answer(error: &clap::Error) -> u8 {
+    // A closed pipe is the only thing that can go wrong here, and nobody is left to be told.
+    let _ = error.print();
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
 fn print_error(what: &str, hint: Option<&str>) {

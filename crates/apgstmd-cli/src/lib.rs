@@ -18,30 +18,50 @@ use clap::Parser;
 use args::{Arguments, Command};
 use failure::Failure;
 
-/// Runs the program with the given argument list (the program's name first) and returns its exit code: 0 done, 1 failed,
-/// 2 wrong usage or parameters, 130 interrupted.
+/// Runs the program with the given argument list (the program's name first), says what went wrong on stderr and returns
+/// the exit code: 0 done, 1 failed, 2 wrong usage or parameters, 130 interrupted.
 ///
-/// It owns the process while it runs: it installs a Ctrl-C handler and writes to stdout and stderr.
+/// It owns the process while it runs: it writes to stdout and stderr, and listens for Ctrl-C unless
+/// [`interrupt::leave_signals_to_the_caller`] was called.
 pub fn main_with<I, T>(argv: I) -> u8
 where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
 {
-    let arguments = match Arguments::try_parse_from(argv) {
-        Ok(arguments) => arguments,
-        Err(error) => return failure::report_usage(&error),
-    };
-    let outcome = match arguments.command {
+    match Arguments::try_parse_from(argv) {
+        Err(error) if failure::is_answer(&error) => failure::print_answer(&error),
+        Err(error) => Failure::from(error).report(),
+        Ok(arguments) => match execute(arguments) {
+            Ok(()) => 0,
+            Err(failure) => failure.report(),
+        },
+    }
+}
+
+/// As [`main_with`], but failures come back to the caller instead of going to stderr.
+///
+/// # Errors
+/// Whatever ends the command early.
+pub fn run_with<I, T>(argv: I) -> Outcome
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    match Arguments::try_parse_from(argv) {
+        Err(error) if failure::is_answer(&error) => {
+            failure::print_answer(&error);
+            Ok(())
+        }
+        Err(error) => Err(error.into()),
+        Ok(arguments) => execute(arguments),
+    }
+}
+
+fn execute(arguments: Arguments) -> Outcome {
+    match arguments.command {
         Command::Run(args) => commands::run::main(args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),
-    };
-    match outcome {
-        Ok(()) => 0,
-        Err(failure) => {
-            failure.report();
-            failure.exit_code()
-        }
     }
 }
 

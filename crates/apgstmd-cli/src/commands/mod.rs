@@ -4,3 +4,4 @@ pub mod demo;
 pub mod params;
 mod pipeline;
 pub mod run;
+mod verdict;

@@ -3,6 +3,7 @@
 mod decode;
 mod files;
 mod listing;
+mod scene;
 mod selection;
 
 use apgstmd_core::{Frame, Size};
@@ -10,6 +11,7 @@ use ndarray::Array3;
 
 pub use files::PictureFiles;
 pub use listing::Listing;
+pub use scene::SceneFrames;
 pub use selection::Selection;
 
 /// A stream of numbered frames.

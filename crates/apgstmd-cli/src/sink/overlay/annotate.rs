@@ -7,12 +7,18 @@ use apgstmd_core::Detection;
 use image::RgbImage;
 use image::imageops::{FilterType, resize};
 
-use super::canvas::{Canvas, FAINT, INK, Rgb, text_width};
+use super::canvas::{Canvas, FAINT, GROUND, INK, Rgb, text_width};
 use super::inset;
 use super::trails::{Place, Trails};
 
-/// What stands below the picture.
-pub(super) struct Caption<'a> {
+/// What is to be drawn of a frame.
+pub(super) struct Scene<'a> {
+    pub picture: &'a RgbImage,
+    /// Targets, strongest first.
+    pub clear: &'a [Detection],
+    /// Detections much weaker than the strongest.
+    pub faint: &'a [Detection],
+    pub trails: &'a Trails,
     pub frame: usize,
     pub name: &'a str,
 }
@@ -31,43 +37,51 @@ pub(super) fn colour(trace: u64) -> Rgb {
     COLOURS[(trace % COLOURS.len() as u64) as usize]
 }
 
-/// Draws a frame at `scale` canvas pixels a picture pixel.
-pub(super) fn annotate(
-    picture: &RgbImage,
+/// How things are drawn upon a canvas.
+struct Pen<'a> {
+    scene: &'a Scene<'a>,
     scale: f32,
-    detections: &[Detection],
-    trails: &Trails,
-    caption: &Caption<'_>,
-) -> Canvas {
-    let enlarged = enlarge(picture, scale);
+    radius: f32,
+    line: f32,
+    letters: f32,
+    /// Rows of the canvas that show the picture.
+    height: u32,
+}
+
+/// Draws a frame at `scale` canvas pixels a picture pixel.
+pub(super) fn annotate(scene: &Scene<'_>, scale: f32) -> Canvas {
+    let enlarged = enlarge(scene.picture, scale);
     let (width, height) = enlarged.dimensions();
-    let letters = letter_height(width);
-    let mut canvas = Canvas::new(width, height + caption_height(width));
+    let letters = (0.024 * width as f32).clamp(11.0, 18.0);
+    let mut canvas = Canvas::new(width, height + (1.7 * letters) as u32);
     canvas.paste(&enlarged, 0, 0);
-    let at = |x: f32, y: f32| ((x + 0.5) * scale, (y + 0.5) * scale);
     let radius = (RING * scale).max(LEAST_RING);
     let line = (0.002 * width as f32).clamp(1.2, 2.2);
+    let pen = Pen { scene, scale, radius, line, letters, height };
 
-    for (trace, places) in trails.all() {
-        trail(&mut canvas, trails, trace, places, detections, scale, radius, line);
+    for detection in scene.faint {
+        let (x, y) = pen.at(detection.x, detection.y);
+        canvas.ring(x, y, radius, 1.0, INK, 0.28);
     }
-    for (rank, detection) in detections.iter().enumerate().rev() {
-        let (x, y) = at(detection.x, detection.y);
-        let strength = if rank < LABELLED { 1.0 } else { 0.55 };
-        let rgb = colour(detection.trace);
-        canvas.ring(x, y, radius, line, rgb, strength);
+    for (trace, places) in scene.trails.all() {
+        pen.trail(&mut canvas, trace, places);
+    }
+    for (rank, detection) in scene.clear.iter().enumerate().rev() {
+        let (x, y) = pen.at(detection.x, detection.y);
+        canvas.ring(x, y, radius, line, colour(detection.trace), 1.0);
         if detection.direction.is_finite() {
-            tick(&mut canvas, (x, y), detection.direction, radius, line, rgb);
+            pen.tick(&mut canvas, detection);
         }
         if rank < LABELLED {
-            number(&mut canvas, (x, y), detection, radius, letters, height);
+            pen.number(&mut canvas, detection);
         }
     }
-    if let Some(strongest) = detections.first() {
-        let others: Vec<(f32, f32)> = detections.iter().map(|d| at(d.x, d.y)).collect();
-        inset::draw(&mut canvas, picture, scale, strongest, &others, (width, height));
+    pen.clear_caption_ground(&mut canvas);
+    if let Some(strongest) = scene.clear.first() {
+        let targets: Vec<(f32, f32)> = scene.clear.iter().map(|d| pen.at(d.x, d.y)).collect();
+        inset::draw(&mut canvas, scene.picture, scale, strongest, &targets, (width, height));
     }
-    write_caption(&mut canvas, caption, detections, height, letters);
+    pen.caption(&mut canvas);
     canvas
 }
 
@@ -83,94 +97,127 @@ fn enlarge(picture: &RgbImage, scale: f32) -> RgbImage {
     resize(picture, width, height, filter)
 }
 
-fn letter_height(width: u32) -> f32 {
-    (0.024 * width as f32).clamp(11.0, 18.0)
-}
+impl Pen<'_> {
+    fn at(&self, x: f32, y: f32) -> (f32, f32) {
+        ((x + 0.5) * self.scale, (y + 0.5) * self.scale)
+    }
 
-fn caption_height(width: u32) -> u32 {
-    (1.7 * letter_height(width)) as u32
-}
-
-#[allow(clippy::too_many_arguments)]
-fn trail(
-    canvas: &mut Canvas,
-    trails: &Trails,
-    trace: u64,
-    places: &[Place],
-    detections: &[Detection],
-    scale: f32,
-    radius: f32,
-    line: f32,
-) {
-    let at = |place: &Place| ((place.x + 0.5) * scale, (place.y + 0.5) * scale);
-    // Nothing is drawn inside any ring: that is where targets are.
-    let free = |(x, y): (f32, f32)| {
-        detections.iter().all(|d| {
-            let (dx, dy) = (x - (d.x + 0.5) * scale, y - (d.y + 0.5) * scale);
-            dx.hypot(dy) > radius + line
-        })
-    };
-    for pair in places.windows(2) {
-        let (from, to) = (at(&pair[0]), at(&pair[1]));
-        let middle = (0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1));
-        if free(from) && free(to) && free(middle) {
-            canvas.segment(from, to, 0.9 * line, colour(trace), 0.3 + 0.6 * trails.freshness(&pair[1]));
+    fn trail(&self, canvas: &mut Canvas, trace: u64, places: &[Place]) {
+        // Nothing is drawn inside any ring: that is where targets are.
+        let free = |(x, y): (f32, f32)| {
+            self.scene.clear.iter().all(|d| {
+                let (cx, cy) = self.at(d.x, d.y);
+                (x - cx).hypot(y - cy) > self.radius + self.line
+            })
+        };
+        for pair in places.windows(2) {
+            let (from, to) = (self.at(pair[0].x, pair[0].y), self.at(pair[1].x, pair[1].y));
+            let middle = (0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1));
+            if free(from) && free(to) && free(middle) {
+                let strength = 0.3 + 0.6 * self.scene.trails.freshness(&pair[1]);
+                canvas.segment(from, to, 0.9 * self.line, colour(trace), strength);
+            }
         }
     }
-}
 
-fn tick(canvas: &mut Canvas, (x, y): (f32, f32), direction: f32, radius: f32, line: f32, rgb: Rgb) {
-    let (dx, dy) = (direction.cos(), -direction.sin());
-    let along = |distance: f32| (x + distance * dx, y + distance * dy);
-    let head = (0.45 * radius).clamp(5.0, 12.0);
-    canvas.segment(along(radius), along(1.55 * radius), line, rgb, 1.0);
-    canvas.arrow_head(along(1.55 * radius + head), (dx, dy), head, rgb);
-}
-
-/// Beside the ring, off the way of the trail and the tick, inside the picture.
-fn number(canvas: &mut Canvas, (x, y): (f32, f32), detection: &Detection, radius: f32, letters: f32, height: u32) {
-    let text = detection.trace.to_string();
-    let size = 0.85 * letters;
-    let width = text_width(&text, size);
-    let direction = if detection.direction.is_finite() { detection.direction } else { 0.0 };
-    let places = [FRAC_PI_2, -FRAC_PI_2, 0.25 * PI, -0.25 * PI, 0.75 * PI, -0.75 * PI].map(|turn| {
-        let (dx, dy) = ((direction + turn).cos(), -(direction + turn).sin());
-        let reach = radius + 0.8 * size + 0.5 * width * dx.abs();
-        (x + reach * dx - 0.5 * width, y + reach * dy)
-    });
-    let fits = |(left, middle): &&(f32, f32)| {
-        *left > 0.3 * size
-            && left + width + 0.3 * size < canvas.width() as f32
-            && middle - 0.6 * size > 0.0
-            && middle + 0.6 * size < height as f32
-    };
-    let (left, middle) = places.iter().find(fits).copied().unwrap_or(places[0]);
-    canvas.label(&text, left, middle, size, colour(detection.trace));
-}
-
-fn write_caption(canvas: &mut Canvas, caption: &Caption<'_>, detections: &[Detection], top: u32, letters: f32) {
-    let width = canvas.width() as f32;
-    let middle = top as f32 + 0.5 * (canvas.height() - top) as f32;
-    let margin = 0.6 * letters;
-    let number = format!("{}", caption.frame);
-    let right = match detections.first() {
-        None => "no target".to_owned(),
-        Some(first) => format!(
-            "{} target{}, strongest {:.1e}",
-            detections.len(),
-            if detections.len() == 1 { "" } else { "s" },
-            first.score
-        ),
-    };
-    let used = canvas.text(&number, margin, middle, letters, INK);
-    let right_width = text_width(&right, letters);
-    let right_left = width - margin - right_width;
-    let left_end = margin + used + letters;
-    if right_left > left_end {
-        canvas.text(&right, right_left, middle, letters, FAINT);
+    fn tick(&self, canvas: &mut Canvas, detection: &Detection) {
+        let (x, y) = self.at(detection.x, detection.y);
+        let (dx, dy) = (detection.direction.cos(), -detection.direction.sin());
+        let along = |distance: f32| (x + distance * dx, y + distance * dy);
+        let head = (0.45 * self.radius).clamp(5.0, 12.0);
+        let rgb = colour(detection.trace);
+        canvas.segment(along(self.radius), along(1.55 * self.radius), self.line, rgb, 1.0);
+        canvas.arrow_head(along(1.55 * self.radius + head), (dx, dy), head, rgb);
     }
-    let space = right_left - letters - left_end;
-    if text_width(caption.name, letters) < space {
-        canvas.text(caption.name, left_end, middle, letters, FAINT);
+
+    /// Beside the ring, off the way of the trail and the tick, inside the picture.
+    fn number(&self, canvas: &mut Canvas, detection: &Detection) {
+        let (x, y) = self.at(detection.x, detection.y);
+        let text = detection.trace.to_string();
+        let size = 0.85 * self.letters;
+        let width = text_width(&text, size);
+        let direction = if detection.direction.is_finite() { detection.direction } else { 0.0 };
+        let places = [FRAC_PI_2, -FRAC_PI_2, 0.25 * PI, -0.25 * PI, 0.75 * PI, -0.75 * PI].map(|turn| {
+            let (dx, dy) = ((direction + turn).cos(), -(direction + turn).sin());
+            let reach = self.radius + 0.8 * size + 0.5 * width * dx.abs();
+            (x + reach * dx - 0.5 * width, y + reach * dy)
+        });
+        let fits = |(left, middle): &&(f32, f32)| {
+            *left > 0.3 * size
+                && left + width + 0.3 * size < canvas.width() as f32
+                && middle - 0.6 * size > 0.0
+                && middle + 0.6 * size < self.height as f32
+        };
+        let (left, middle) = places.iter().find(fits).copied().unwrap_or(places[0]);
+        canvas.label(&text, left, middle, size, colour(detection.trace));
+    }
+
+    /// Rings at the lower edge reach into the caption: they end at the picture.
+    fn clear_caption_ground(&self, canvas: &mut Canvas) {
+        let (width, top) = (canvas.width() as f32, self.height as f32);
+        canvas.rectangle(0.0, top, width, canvas.height() as f32 - top, GROUND, 1.0);
+    }
+
+    fn caption(&self, canvas: &mut Canvas) {
+        let (width, letters) = (canvas.width() as f32, self.letters);
+        let middle = 0.5 * (self.height + canvas.height()) as f32;
+        let margin = 0.6 * letters;
+        let used = canvas.text(&self.scene.frame.to_string(), margin, middle, letters, INK);
+        let left_end = margin + used + letters;
+        let right = self.count();
+        let right_left = width - margin - text_width(&right, letters);
+        if right_left > left_end {
+            canvas.text(&right, right_left, middle, letters, FAINT);
+        }
+        if text_width(self.scene.name, letters) < right_left - letters - left_end {
+            canvas.text(self.scene.name, left_end, middle, letters, FAINT);
+        }
+    }
+
+    fn count(&self) -> String {
+        let Scene { clear, faint, .. } = self.scene;
+        let Some(strongest) = clear.first() else {
+            return if faint.is_empty() { "no target".to_owned() } else { format!("{} faint", faint.len()) };
+        };
+        let targets = if clear.len() == 1 { "1 target".to_owned() } else { format!("{} targets", clear.len()) };
+        let faint = if faint.is_empty() { String::new() } else { format!(" + {} faint", faint.len()) };
+        format!("{targets}{faint}, strongest {:.1e}", strongest.score)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::Rgb;
+
+    #[test]
+    fn targets_stay_visible() {
+        let picture = RgbImage::from_fn(120, 90, |x, y| Rgb([(x * 2) as u8, (y * 2) as u8, 90]));
+        let mut trails = Trails::default();
+        let mut target = Detection { x: 20.0, y: 44.0, score: 1.0, direction: 0.0, trace: 3 };
+        for frame in 0..40 {
+            target.x += 1.0;
+            trails.add(frame, &[target]);
+        }
+        for scale in [1.0, 3.0] {
+            let draw = |clear: &[Detection], trails: &Trails| {
+                annotate(&Scene { picture: &picture, clear, faint: &[], trails, frame: 40, name: "" }, scale)
+            };
+            let bare = draw(&[], &Trails::default()).rgb();
+            let canvas = draw(&[target], &trails);
+            let drawn = canvas.rgb();
+            let (cx, cy) = ((target.x + 0.5) * scale, (target.y + 0.5) * scale);
+            let (mut inside, mut changed) = (0, 0);
+            for (i, (old, new)) in bare.chunks(3).zip(drawn.chunks(3)).enumerate() {
+                let (x, y) = (i as u32 % canvas.width(), i as u32 / canvas.width());
+                let distance = (x as f32 + 0.5 - cx).hypot(y as f32 + 0.5 - cy);
+                changed += usize::from(old != new);
+                if distance < 6.0 * scale {
+                    inside += 1;
+                    assert_eq!(old, new, "pixel ({x}, {y}) at scale {scale}");
+                }
+            }
+            assert!(inside > 100 && changed > 100, "{inside} {changed}");
+        }
     }
 }

@@ -90,13 +90,6 @@ impl Canvas {
         }
     }
 
-    pub fn dot(&mut self, x: f32, y: f32, radius: f32, rgb: Rgb, alpha: f32) {
-        if let Some(path) = PathBuilder::from_circle(x, y, radius) {
-            let fill = FillRule::Winding;
-            self.pixmap.fill_path(&path, &paint(rgb, alpha), fill, Transform::identity(), None);
-        }
-    }
-
     /// A filled triangle with its point at `tip`, looking along (dx, dy).
     pub fn arrow_head(&mut self, tip: (f32, f32), (dx, dy): (f32, f32), length: f32, rgb: Rgb) {
         let base = (tip.0 - length * dx, tip.1 - length * dy);

@@ -52,11 +52,7 @@ pub(super) fn draw(
     );
     let mark = 0.09 * side as f32;
     let (x, y, side) = (x.floor(), y.floor(), side as f32);
-    for (from, to) in [
-        ((tx, y), (tx, y + mark)),
-        ((x, ty), (x + mark, ty)),
-        ((x + side, ty), (x + side - mark, ty)),
-    ] {
+    for (from, to) in [((tx, y), (tx, y + mark)), ((x, ty), (x + mark, ty)), ((x + side, ty), (x + side - mark, ty))] {
         canvas.segment(from, to, 1.4, rgb, 1.0);
     }
     let letters = (0.085 * side).clamp(10.0, 15.0);

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use apgstmd_core::Size;
 
-use self::annotate::{Caption, annotate};
+use self::annotate::{Scene, annotate};
 use self::canvas::Canvas;
 use self::tone::Tone;
 use self::trails::Trails;
@@ -29,6 +29,8 @@ pub use self::png::is_overlay;
 const FRAME_WIDTH: f32 = 1200.0;
 /// Width of a frame on the strip, about, px.
 const TILE_WIDTH: f32 = 560.0;
+/// Detections below this share of the strongest one so far are drawn faintly: clutter is many times weaker than targets.
+const FAINT_BELOW: f32 = 0.02;
 /// Frames on the strip.
 const TILES: usize = 12;
 
@@ -41,6 +43,7 @@ pub struct Overlay {
     tiles: Vec<Canvas>,
     tone: Option<Tone>,
     trails: Trails,
+    strongest: f32,
     names: HashSet<String>,
     count: usize,
     detections: usize,
@@ -65,18 +68,11 @@ impl Overlay {
             tiles: Vec::new(),
             tone: None,
             trails: Trails::default(),
+            strongest: 0.0,
             names: HashSet::new(),
             count: 0,
             detections: 0,
         })
-    }
-
-    /// `a/b.png` -> `a_b.png`; two frames that would share a file get their number added.
-    fn file_name(&mut self, name: &str, frame: usize) -> String {
-        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem).replace(['/', '\\'], "_");
-        let unique = if self.names.contains(&stem) { format!("{stem}_{frame:06}") } else { stem };
-        self.names.insert(unique.clone());
-        format!("{unique}.png")
     }
 }
 
@@ -84,26 +80,34 @@ impl Sink for Overlay {
     fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
         self.count += 1;
         self.detections += seen.response.detections.len();
-        self.trails.add(seen.frame, &seen.response.detections);
+        self.strongest = seen.response.detections.iter().map(|d| d.score).fold(self.strongest, f32::max);
+        let (clear, faint): (Vec<_>, Vec<_>) =
+            seen.response.detections.iter().copied().partition(|d| d.score >= FAINT_BELOW * self.strongest);
+        self.trails.add(seen.frame, &clear);
         let on_strip = self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted);
         if self.frames.is_none() && !on_strip {
             return Ok(());
         }
         let tone = self.tone.get_or_insert_with(|| Tone::of(seen.picture));
-        let picture = tone.render(seen.picture);
-        let caption = Caption { frame: seen.frame, name: seen.name };
+        let scene = Scene {
+            picture: &tone.render(seen.picture),
+            clear: &clear,
+            faint: &faint,
+            trails: &self.trails,
+            frame: seen.frame,
+            name: seen.name,
+        };
         let size = seen.picture.size();
         if let Some(folder) = self.frames.clone() {
-            let drawn = annotate(&picture, frame_scale(size), &seen.response.detections, &self.trails, &caption);
-            let path = folder.join(self.file_name(seen.name, seen.frame));
+            let drawn = annotate(&scene, frame_scale(size));
+            let path = folder.join(file_name(&mut self.names, seen.name, seen.frame));
             png::write(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
         }
         if on_strip {
             while self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted) {
                 self.wanted.pop_front();
             }
-            let scale = tile_scale(size);
-            self.tiles.push(annotate(&picture, scale, &seen.response.detections, &self.trails, &caption));
+            self.tiles.push(annotate(&scene, tile_scale(size)));
         }
         Ok(())
     }
@@ -128,6 +132,14 @@ fn tile_scale(size: Size) -> f32 {
     if scale >= 1.5 { scale.round().min(6.0) } else { scale }
 }
 
+/// `a/b.png` -> `a_b.png`; two frames that would share a file get their number added.
+fn file_name(taken: &mut HashSet<String>, name: &str, frame: usize) -> String {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem).replace(['/', '\\'], "_");
+    let unique = if taken.contains(&stem) { format!("{stem}_{frame:06}") } else { stem };
+    taken.insert(unique.clone());
+    format!("{unique}.png")
+}
+
 /// The middles of `count` equal parts.
 fn evenly_spaced(frames: &[usize], count: usize) -> VecDeque<usize> {
     if frames.len() <= count {
@@ -150,9 +162,9 @@ mod tests {
 
     #[test]
     fn frames_never_share_a_file() {
-        let mut overlay = Overlay::new(Path::new("unused"), String::new(), &[], false).unwrap();
-        assert_eq!(overlay.file_name("a/b.png", 0), "a_b.png");
-        assert_eq!(overlay.file_name("a_b.jpg", 1), "a_b_000001.png");
-        assert_eq!(overlay.file_name("b.v2.tif", 2), "b.v2.png");
+        let mut taken = HashSet::new();
+        assert_eq!(file_name(&mut taken, "a/b.png", 0), "a_b.png");
+        assert_eq!(file_name(&mut taken, "a_b.jpg", 1), "a_b_000001.png");
+        assert_eq!(file_name(&mut taken, "b.v2.tif", 2), "b.v2.png");
     }
 }
