@@ -103,10 +103,7 @@ impl Naive {
             attention_kernels: retina::attention_kernels(params),
             lateral_kernel: lobula::lateral_kernel(params),
             prediction_kernels: prediction::prediction_kernels(params),
-            lamina: [
-                gamma::taps(lamina.fast_order, lamina.fast_tau),
-                gamma::taps(lamina.slow_order, lamina.slow_tau),
-            ],
+            lamina: [gamma::taps(lamina.fast_order, lamina.fast_tau), gamma::taps(lamina.slow_order, lamina.slow_tau)],
             medulla: [
                 gamma::taps(medulla.mi1_order, medulla.mi1_tau),
                 gamma::taps(medulla.tm1_4_order, medulla.tm1_4_tau),

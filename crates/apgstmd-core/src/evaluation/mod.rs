@@ -109,6 +109,12 @@ impl Options {
     pub fn new(frames: Range<usize>) -> Self {
         Self { frames, radius: 5.0, margin: 2.0 }
     }
+
+    /// From frame 0 to the last one that a detection or the truth names, for when nothing tells how many there were.
+    pub fn spanning(detections: &[Scored], truth: &[TruthBox]) -> Self {
+        let named = detections.iter().map(|d| d.frame).chain(truth.iter().map(|b| b.frame));
+        Self::new(0..named.max().map_or(0, |last| last.saturating_add(1)))
+    }
 }
 
 /// What cannot be evaluated.

@@ -132,7 +132,7 @@ fn brute_force(detections: &[Scored], truth: &[TruthBox], frames: usize, thresho
     for frame in 0..frames {
         let mut left: Vec<&Scored> = detections.iter().filter(|d| d.frame == frame && d.score >= threshold).collect();
         let mut targets: Vec<&TruthBox> = truth.iter().filter(|b| b.frame == frame && b.visible && !b.ignore).collect();
-        let pardons: Vec<&TruthBox> = truth.iter().filter(|b| b.frame == frame && !(b.visible && !b.ignore)).collect();
+        let pardons: Vec<&TruthBox> = truth.iter().filter(|b| b.frame == frame && (!b.visible || b.ignore)).collect();
         while !left.is_empty() {
             let best = left.iter().map(|d| d.score).fold(f64::MIN, f64::max);
             let detection = left.remove(left.iter().position(|d| d.score == best).unwrap());

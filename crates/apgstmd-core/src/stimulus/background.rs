@@ -8,7 +8,9 @@ use super::random::Random;
 use super::texture::{Texture, Vertical};
 
 /// Longest period of the procedural background, px.
-const MOST_PERIOD: usize = 4096;
+const MOST_PERIOD: usize = 2048;
+/// Samples per pixel of the procedural background: with two, interpolation keeps all of its detail wherever it moves.
+const DENSITY: usize = 2;
 
 #[derive(Clone, Debug)]
 pub(super) enum Ground {
@@ -28,12 +30,12 @@ impl Ground {
 
 /// The natural background for scenes of this size.
 pub(super) fn natural(height: usize, width: usize, seed: u64, mean: f64, contrast: f64) -> Texture {
-    let period = |side: usize| side.next_power_of_two().min(MOST_PERIOD);
+    let period = |side: usize| DENSITY * side.next_power_of_two().min(MOST_PERIOD);
     let clutter = clutter(period(height), period(width), seed);
-    Texture::new(&toned(clutter, mean, contrast), Vertical::Repeat)
+    Texture::new(&toned(clutter, mean, contrast), DENSITY, Vertical::Repeat)
 }
 
-/// Periodic noise of zero mean and unit variance with power 1/f^2, f in cycles per pixel.
+/// Periodic noise of zero mean and unit variance with power 1/f^2, with so many samples down and across.
 fn clutter(height: usize, width: usize, seed: u64) -> Array2<f64> {
     let mut random = Random::new(seed, 0);
     let mut plane: Vec<Complex> = (0..height * width).map(|_| (random.normal(), 0.0)).collect();
@@ -49,15 +51,16 @@ fn clutter(height: usize, width: usize, seed: u64) -> Array2<f64> {
     Array2::from_shape_fn((height, width), |(y, x)| plane[y * width + x].0 * scale)
 }
 
+/// Cycles per pixel of an entry of the spectrum.
 fn cycles(index: usize, length: usize) -> f64 {
     let signed = if 2 * index > length { index as f64 - length as f64 } else { index as f64 };
-    signed / length as f64
+    signed * DENSITY as f64 / length as f64
 }
 
-/// What a lens leaves of a frequency: everything to 0.35 cycles/px, nothing from 0.5 on. Without it the finest detail
-/// would flicker as the background moves by parts of a pixel.
+/// What a lens leaves of a frequency: everything to 0.45 cycles/px, nothing from 0.5 on, beyond which pixels cannot
+/// tell which way a grating moves.
 fn lens(frequency: f64) -> f64 {
-    let (from, to) = (0.35, 0.5);
+    let (from, to) = (0.45, 0.5);
     if frequency <= from {
         1.0
     } else if frequency < to {
@@ -72,9 +75,10 @@ fn toned(noise: Array2<f64>, mean: f64, contrast: f64) -> Array2<f64> {
     let count = noise.len() as f64;
     let (mut offset, mut gain) = (mean, contrast);
     // Squeezing lowers the contrast and shifts the mean a little: each round corrects what the last one missed.
-    for _ in 0..12 {
-        let got_mean = noise.iter().map(|v| squeezed(offset + gain * v)).sum::<f64>() / count;
-        let got_power = noise.iter().map(|v| (squeezed(offset + gain * v) - got_mean).powi(2)).sum::<f64>() / count;
+    for _ in 0..8 {
+        let sums = noise.iter().map(|v| squeezed(offset + gain * v)).fold((0.0, 0.0), |s, v| (s.0 + v, s.1 + v * v));
+        let got_mean = sums.0 / count;
+        let got_power = sums.1 / count - got_mean * got_mean;
         offset += mean - got_mean;
         if got_power > 0.0 {
             gain *= contrast / got_power.sqrt();
@@ -103,15 +107,24 @@ mod tests {
         (mean, plane.mapv(|v| (v - mean).powi(2)).mean().unwrap().sqrt())
     }
 
-    /// Exponent of the radially averaged power spectrum between 0.01 and 0.3 cycles/px.
+    /// One period as it is drawn, moved by a part of a pixel.
+    fn drawn(height: usize, width: usize, seed: u64, mean: f64, contrast: f64) -> Array2<f64> {
+        let mut into = Array2::zeros((height, width));
+        let window = Window { top: 0, left: 0, height, width };
+        natural(height, width, seed, mean, contrast).paint(window, (0.5, 0.3), &mut into);
+        into.mapv(f64::from)
+    }
+
+    /// Exponent of the radially averaged power spectrum between 0.01 and 0.45 cycles/px.
     fn slope(plane: &Array2<f64>) -> f64 {
         let (height, width) = plane.dim();
         let mut spectrum: Vec<Complex> = plane.iter().map(|v| (*v, 0.0)).collect();
         transform_2d(&mut spectrum, height, width, Sign::Forward);
         let bins = 16;
-        let (low, high) = (0.01f64.ln(), 0.3f64.ln());
+        let (low, high) = (0.01f64.ln(), 0.45f64.ln());
         let mut sums = vec![(0.0, 0.0, 0.0); bins];
         for (i, value) in spectrum.iter().enumerate() {
+            let cycles = |index, length| cycles(index, length) / DENSITY as f64;
             let f = cycles(i / width, height).hypot(cycles(i % width, width)).ln();
             if f >= low && f < high {
                 let sum = &mut sums[((f - low) / (high - low) * bins as f64) as usize];
@@ -130,7 +143,7 @@ mod tests {
     fn spectrum_mean_and_contrast() {
         for (height, width, seed) in [(256, 512, 1), (256, 256, 2), (512, 512, 3)] {
             for (mean, contrast) in [(0.5, 0.15), (0.5, 0.22), (0.35, 0.15)] {
-                let plane = toned(clutter(height, width, seed), mean, contrast);
+                let plane = drawn(height, width, seed, mean, contrast);
                 let (got_mean, got_contrast) = moments(&plane);
                 assert!((got_mean - mean).abs() < 1e-3 && (got_contrast - contrast).abs() < 1e-3);
                 assert!(plane.iter().all(|v| (0.0..=1.0).contains(v)));

@@ -66,7 +66,7 @@ impl Renderer {
         if let Some(((y, x), value)) = picture.indexed_iter().find(|(_, value)| !(0.0..=1.0).contains(*value)) {
             return Err(broken(format!("{value} at column {x}, row {y}"), "must be luminance in [0, 1]"));
         }
-        let texture = Texture::new(&picture.mapv(f64::from), Vertical::Mirror);
+        let texture = Texture::new(&picture.mapv(f64::from), 1, Vertical::Mirror);
         Ok(Self { scene: scene.clone(), ground: Ground::Moving(Box::new(texture), velocity) })
     }
 

@@ -61,7 +61,7 @@ pub enum Background {
         luminance: f64,
     },
     /// Random clutter with the power spectrum of natural scenes, 1/f^2. It repeats after the next power of two at or
-    /// above each side of the scene (at most 4096 px), so that it can move for ever.
+    /// above each side of the scene (at most 2048 px), so that it can move for ever.
     Natural {
         /// Mean luminance over one period.
         #[serde(default = "half")]

@@ -1,7 +1,7 @@
 //! A picture that can be read between its pixels: cubic B-spline interpolation, which passes through the samples and
 //! keeps fine detail almost independent of the sub-pixel phase, so that a moving background does not breathe.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayViewMut1};
 
 use super::draw::Window;
 
@@ -15,45 +15,36 @@ pub(super) enum Vertical {
 #[derive(Clone, Debug)]
 pub(super) struct Texture {
     coefficients: Array2<f32>,
+    /// Samples per pixel, down and across.
+    density: usize,
     vertical: Vertical,
 }
 
 /// Taps on each side of the inverse B-spline filter: its pole is sqrt(3) - 2, and 0.268^16 is below f32 rounding.
-const REACH: i64 = 16;
+const REACH: usize = 16;
 
 impl Texture {
-    pub fn new(samples: &Array2<f64>, vertical: Vertical) -> Self {
+    pub fn new(samples: &Array2<f64>, density: usize, vertical: Vertical) -> Self {
         let (height, width) = samples.dim();
-        let pole = 3f64.sqrt() - 2.0;
-        let gain = -6.0 * pole / (1.0 - pole * pole);
-        let mut power = gain;
-        let taps: Vec<f64> = (0..=REACH)
-            .map(|_| {
-                let tap = power;
-                power *= pole;
-                tap
-            })
-            .collect();
-        let filter = |read: &dyn Fn(i64) -> f64| {
-            (1..=REACH).fold(taps[0] * read(0), |sum, k| sum + taps[k as usize] * (read(k) + read(-k)))
-        };
-        let rows =
-            Array2::from_shape_fn((height, width), |(y, x)| filter(&|k| samples[[y, wrap(x as i64 + k, width)]]));
-        let coefficients = Array2::from_shape_fn((height, width), |(y, x)| {
-            filter(&|k| rows[[beyond(y as i64 + k, height, vertical), x]]) as f32
-        });
-        Self { coefficients, vertical }
+        let taps = inverse_taps();
+        let mut rows = samples.clone();
+        let across = |index| wrap(index, width);
+        rows.rows_mut().into_iter().for_each(|row| filter(row, &taps, across));
+        let down = |index| beyond(index, height, vertical);
+        rows.columns_mut().into_iter().for_each(|column| filter(column, &taps, down));
+        let coefficients = rows.mapv(|value| value as f32);
+        Self { coefficients, density, vertical }
     }
 
     /// Fills `into` with the part of the picture in `window`, the picture being moved by `shift` (right, down) px.
     pub fn paint(&self, window: Window, shift: (f64, f64), into: &mut Array2<f32>) {
         let (height, width) = self.coefficients.dim();
-        let (x0, across) = phase(window.left as f64 - shift.0);
-        let (y0, down) = phase(window.top as f64 - shift.1);
-        let mut blended = vec![0f32; window.width + 3];
+        let (x0, across) = phase(window.left as f64 - shift.0, self.density);
+        let (y0, down) = phase(window.top as f64 - shift.1, self.density);
+        let mut blended = vec![0f32; self.density * window.width + 3];
         for (i, mut out) in into.rows_mut().into_iter().enumerate() {
             let lines: [_; 4] = std::array::from_fn(|k| {
-                let y = beyond(y0 + i as i64 + k as i64 - 1, height, self.vertical);
+                let y = beyond(y0 + (i * self.density + k) as i64 - 1, height, self.vertical);
                 self.coefficients.row(y)
             });
             let mut x = wrap(x0 - 1, width);
@@ -61,7 +52,7 @@ impl Texture {
                 *value = down[0] * lines[0][x] + down[1] * lines[1][x] + down[2] * lines[2][x] + down[3] * lines[3][x];
                 x = if x + 1 == width { 0 } else { x + 1 };
             }
-            for (out, near) in out.iter_mut().zip(blended.windows(4)) {
+            for (out, near) in out.iter_mut().zip(blended.windows(4).step_by(self.density)) {
                 let value = across[0] * near[0] + across[1] * near[1] + across[2] * near[2] + across[3] * near[3];
                 *out = value.clamp(0.0, 1.0);
             }
@@ -69,10 +60,27 @@ impl Texture {
     }
 }
 
-/// Whole part, and the weights of the four neighbours at -1, 0, 1, 2 around it. Places are rounded to 2^-16 px, so
-/// that rounding of velocity times time never looks like motion.
-fn phase(place: f64) -> (i64, [f32; 4]) {
-    let place = (place * 65536.0).round() / 65536.0;
+/// The filter that undoes B-spline weighting, from its middle tap outward.
+fn inverse_taps() -> Vec<f64> {
+    let pole = 3f64.sqrt() - 2.0;
+    let middle = -6.0 * pole / (1.0 - pole * pole);
+    std::iter::successors(Some(middle), |tap| Some(tap * pole)).take(REACH + 1).collect()
+}
+
+/// Filters a line in place; `index` says which sample stands beyond its ends.
+fn filter(mut line: ArrayViewMut1<'_, f64>, taps: &[f64], index: impl Fn(i64) -> usize) {
+    let reach = REACH as i64;
+    let long: Vec<f64> = (-reach..line.len() as i64 + reach).map(|i| line[index(i)]).collect();
+    for (i, out) in line.iter_mut().enumerate() {
+        let middle = i + REACH;
+        *out = (1..=REACH).fold(taps[0] * long[middle], |sum, k| sum + taps[k] * (long[middle - k] + long[middle + k]));
+    }
+}
+
+/// The sample before a place in px, and the weights of the four samples at -1, 0, 1, 2 around it. Places are rounded to
+/// 2^-16 px, so that rounding of velocity times time never looks like motion.
+fn phase(place: f64, density: usize) -> (i64, [f32; 4]) {
+    let place = (place * 65536.0).round() / 65536.0 * density as f64;
     let whole = place.floor();
     let f = place - whole;
     let g = 1.0 - f;
@@ -118,7 +126,7 @@ mod tests {
     #[test]
     fn passes_through_the_samples_and_repeats() {
         let samples = rough(12, 16);
-        let texture = Texture::new(&samples, Vertical::Repeat);
+        let texture = Texture::new(&samples, 1, Vertical::Repeat);
         let at_rest = painted(&texture, (0.0, 0.0));
         // f32 coefficients up to 3 in size, four of them.
         assert!(at_rest.iter().zip(&samples).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6));
@@ -130,19 +138,25 @@ mod tests {
     #[test]
     fn mirror_meets_itself_at_the_edge() {
         let samples = rough(5, 16);
-        let shown = painted(&Texture::new(&samples, Vertical::Mirror), (0.0, 5.0));
+        let shown = painted(&Texture::new(&samples, 1, Vertical::Mirror), (0.0, 5.0));
         // The four terms are added in the other order: f32 rounding.
         assert!((0..5).all(|i| (0..16).all(|x| (shown[[4 - i, x]] - shown[[5 + i, x]]).abs() < 1e-6)));
     }
 
     #[test]
     fn a_wave_moves_between_pixels() {
-        // 8 px per cycle: cubic splines err by about (pi f)^4 / 10 of the amplitude there, 0.0024.
-        let wave = |x: f64| 0.5 + 0.4 * libm::cos(std::f64::consts::TAU * x / 8.0);
-        let texture = Texture::new(&Array2::from_shape_fn((4, 16), |(_, x)| wave(x as f64)), Vertical::Repeat);
-        for shift in [0.25, 0.5, -3.3] {
-            let shown = painted(&texture, (shift, 0.7));
-            assert!(shown.indexed_iter().all(|((_, x), v)| (f64::from(*v) - wave(x as f64 - shift)).abs() < 2e-3));
+        let wave = |x: f64, period: f64| 0.5 + 0.4 * libm::cos(std::f64::consts::TAU * x / period);
+        // Cubic splines err by about (pi f)^4 / 10 of the amplitude at f cycles per sample.
+        for (period, density, bound) in [(8.0, 1, 2e-3), (8.0, 2, 1e-4), (4.0, 2, 2e-3)] {
+            let sample = |(_, x): (usize, usize)| wave(x as f64 / density as f64, period);
+            let texture = Texture::new(&Array2::from_shape_fn((4, 16 * density), sample), density, Vertical::Repeat);
+            for shift in [0.25, 0.5, -3.3] {
+                let shown = painted(&texture, (shift, 0.7));
+                let error =
+                    |((_, x), v): ((usize, usize), &f32)| (f64::from(*v) - wave(x as f64 - shift, period)).abs();
+                let worst = shown.indexed_iter().map(error).fold(0.0, f64::max);
+                assert!(worst < bound, "{period} px, {density} samples: {worst}");
+            }
         }
     }
 }

@@ -29,8 +29,8 @@ fn background_moves_smoothly_between_pixels() {
     };
     let steps: Vec<f32> = (0..10).map(step).collect();
     let mean = steps.iter().sum::<f32>() / 10.0;
-    // Linear interpolation would show a step of every size from 0.7 to 1.3 of the mean here.
-    assert!(steps.iter().all(|s| (s / mean - 1.0).abs() < 0.05), "{steps:?}");
+    // Linear interpolation would make the steps differ by 30 %; what is left is content entering at the border.
+    assert!(steps.iter().all(|s| (s / mean - 1.0).abs() < 0.01), "{steps:?}");
 }
 
 fn white_scene(targets: Vec<Target>) -> Scene {
@@ -174,7 +174,7 @@ fn the_same_picture_on_every_machine() {
     let target = Target { shade: Shade::Dark(0.3), ..Target::new(path) };
     let scene = Scene { targets: vec![target], noise: 0.01, ..natural_scene([5.0, 3.0]) };
     let renderer = Renderer::new(&scene).unwrap();
-    assert_eq!(hash(&renderer.frame(17)), 0);
+    assert_eq!(hash(&renderer.frame(17)), 0xb9bf_e1b8_f0e8_2d8c);
     // In any order, over any old content.
     let mut frame = renderer.frame(30);
     renderer.frame_into(17, &mut frame);
