@@ -27,7 +27,7 @@ test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs
 	@$(PY) -m pytest --quiet
 	@echo "== mypy and stubtest"
 	@$(PY) -m mypy
-	@$(PY) -m mypy.stubtest apgstmd --mypy-config-file pyproject.toml
+	@$(PY) -m mypy.stubtest apgstmd._core --mypy-config-file pyproject.toml
 
 lint: venv ## rustfmt and clippy, warnings are errors
 	@echo "== cargo fmt, clippy"

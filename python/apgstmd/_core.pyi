@@ -11,6 +11,8 @@ _Columns: TypeAlias = tuple[
     NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]
 ]
 
+__all__ = ["STAGES", "Detector", "__version__", "fields", "resolve", "run", "run_cli"]
+
 __version__: Final[str]
 STAGES: Final[tuple[str, ...]]
 
@@ -65,5 +67,11 @@ def resolve(
 def run_cli(argv: Sequence[str]) -> int:
     """Runs the command line, `argv` with the program's name first, and returns its exit code.
 
-    It owns the process meanwhile: it prints, and Ctrl-C is handled by it.
+    It owns the process meanwhile: it prints, and listens for Ctrl-C itself.
+    """
+
+def run(argv: Sequence[str]) -> None:
+    """The same for a process that goes on afterwards: failures are exceptions, Ctrl-C is Python's.
+
+    ValueError for what is wrong in `argv`, RuntimeError for all else, KeyboardInterrupt when the frame in work is done.
     """

@@ -1,14 +1,10 @@
-"""A whole folder of pictures at once: the command line's `run`, as a child of this process.
-
-A process of its own can be interrupted between frames and leaves this one's signals, output and memory alone.
-"""
+"""A whole folder of pictures at once: the command line's `run`, in this process."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
-import sys
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -17,6 +13,7 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
+from . import _core
 from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import RunDetections
 
@@ -125,49 +122,10 @@ def run(
         results = Path(scratch, "out") if out is None else Path(out)
         options["out"] = str(results)
         given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        _call(["run", *given, *(f"--{flag}" for flag in flags), "--", path], show=progress)
+        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", path])
         summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
         detections = _read_table(Path(results, "detections.csv"))
     return Run(detections, summary["frames"], None if out is None else results, summary)
-
-
-def _call(argv: list[str], show: bool) -> None:
-    """Runs the command line; its failures become exceptions."""
-    import signal
-    import subprocess  # slow to import, and most users feed frames themselves
-
-    if not sys.executable:
-        raise RuntimeError("this interpreter does not know its own program: use Detector in a loop instead of run()")
-    # The child must find this very package, wherever it was imported from.
-    path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
-    # A Ctrl-C on the terminal reaches whole process groups. This one passes it on, so that it arrives once.
-    own_group: dict[str, Any]
-    if sys.platform == "win32":
-        own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-        please_stop = signal.CTRL_BREAK_EVENT
-    else:
-        own_group = {"process_group": 0}
-        please_stop = signal.SIGINT
-    with subprocess.Popen(
-        [sys.executable, "-P", "-m", "apgstmd", *argv],
-        stdin=subprocess.DEVNULL,
-        stderr=None if show else subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": path},
-        text=True,
-        errors="replace",
-        **own_group,
-    ) as child:
-        try:
-            said = child.communicate()[1] or ""
-        except BaseException:
-            child.send_signal(please_stop)
-            child.wait()
-            raise
-    if child.returncode == 130:
-        raise KeyboardInterrupt
-    if child.returncode:
-        message = said.strip().removeprefix("error: ") or f"apgstmd run ended with {child.returncode}"
-        raise (ValueError if child.returncode == 2 else RuntimeError)(message)
 
 
 def _frames(frames: str | Iterable[int] | None) -> str | None:

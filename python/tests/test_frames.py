@@ -19,7 +19,8 @@ Picture = NDArray[Any]
 
 def retina(picture: Picture, **options: Any) -> NDArray[np.float32]:
     """P of one frame: linear in luminance, so that it tells how the frame was read."""
-    detector = apgstmd.Detector(picture.shape[:2], threads=1, **options)
+    # P does not depend on the speed; a fast detector is made fast.
+    detector = apgstmd.Detector(picture.shape[:2], threads=1, speed=8.0, **options)
     detector.process(picture)
     return detector.stage("P")
 

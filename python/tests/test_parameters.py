@@ -18,7 +18,7 @@ ALL = apgstmd.parameters()
 
 
 def params(**options: Any) -> dict[str, dict[str, Any]]:
-    return apgstmd.Detector(SIZE, threads=1, **options).params
+    return tomllib.loads(apgstmd.params(**options))
 
 
 def test_the_keywords_are_the_parameters() -> None:
@@ -60,8 +60,23 @@ def test_every_parameter_is_taken_by_name(p: apgstmd.Parameter) -> None:
     assert after == before
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"preset": "paper", "speed": 2.0},
+        {"speed": 1.0, "rejection": "off", "localise": "response", "threshold": 1e-6, "attention_alpha": 0.5},
+        {"params": {"retina": {"sigma": 2.0}}, "speed": 4.0},
+    ],
+)
+def test_a_detector_has_the_parameters_of_the_file(options: dict[str, Any]) -> None:
+    detector = apgstmd.Detector(SIZE, threads=1, **options)
+    assert detector.params == params(**options)
+    assert detector.params_toml() == apgstmd.params(**options)
+
+
 def test_presets_and_speed() -> None:
-    assert params() == params(preset="practical") == tomllib.loads(apgstmd.params())
+    assert params() == params(preset="practical")
     assert params()["rejection"]["mode"] == "motion"
     assert params(preset="paper")["rejection"]["mode"] == "contrast"
     fast = params(preset="paper", speed=1.0)
@@ -103,14 +118,20 @@ def test_numpy_and_whole_numbers_are_values_too(keyword: str, value: Any, plain:
         ("sped", "speed"),
         ("rejection_mod", "rejection_mode"),
         ("treshold", "threshold"),
-        ("thread", "threads"),
-        ("bits_depth", "bit_depth"),
         ("localize", "localise"),
     ],
 )
 def test_an_unknown_name_suggests_the_nearest(unknown: str, nearest: str) -> None:
     with pytest.raises(TypeError, match=f"there is no parameter '{unknown}': did you mean '{nearest}'?"):
         params(**{unknown: 1})
+    with pytest.raises(TypeError, match=f"did you mean '{nearest}'?"):
+        apgstmd.Detector(SIZE, **{unknown: 1})  # type: ignore[arg-type]
+
+
+def test_an_unknown_option_of_the_detector() -> None:
+    for unknown, nearest in (("thread", "threads"), ("bits_depth", "bit_depth")):
+        with pytest.raises(TypeError, match=f"there is no parameter '{unknown}': did you mean '{nearest}'?"):
+            apgstmd.Detector(SIZE, **{unknown: 1})  # type: ignore[arg-type]
 
 
 def test_a_parameter_given_twice() -> None:
@@ -166,11 +187,11 @@ def test_wrong_kinds(options: dict[str, Any]) -> None:
 
 
 def test_a_parameter_file_in_every_form(tmp_path: Path) -> None:
-    wanted = apgstmd.Detector(SIZE, speed=2.0, attention_alpha=0.25)
+    wanted = apgstmd.params(speed=2.0, attention_alpha=0.25)
     file = tmp_path / "mine.toml"
-    file.write_text(wanted.params_toml(), encoding="utf-8")
-    for given in (file, str(file), wanted.params_toml(), wanted.params):
-        assert params(params=given) == wanted.params
+    file.write_text(wanted, encoding="utf-8")
+    for given in (file, str(file), wanted, tomllib.loads(wanted)):
+        assert apgstmd.params(params=given) == wanted
     assert params(params=file, speed=1.0)["prediction"]["horizon"] == 6
     with pytest.raises(FileNotFoundError, match="absent.toml"):
         params(params="absent.toml")

@@ -69,7 +69,7 @@ def test_results_are_kept_where_asked(folder: Path, tmp_path: Path) -> None:
             assert file.exists() == (t in (3, 5))
             if file.exists():
                 assert np.array_equal(np.load(file), detector.stage(stage))
-    with pytest.raises(RuntimeError, match="force"):
+    with pytest.raises(RuntimeError, match="detections.csv is there already from an earlier run"):
         apgstmd.run(folder, out=out)
     assert apgstmd.run(folder, out=out, force=True, stop=3).frames == 3
 

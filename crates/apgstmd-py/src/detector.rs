@@ -35,7 +35,13 @@ pub struct Detector {
 #[pymethods]
 impl Detector {
     #[new]
-    fn new(height: usize, width: usize, params: &str, threads: Option<usize>, bit_depth: Option<u32>) -> PyResult<Self> {
+    fn new(
+        height: usize,
+        width: usize,
+        params: &str,
+        threads: Option<usize>,
+        bit_depth: Option<u32>,
+    ) -> PyResult<Self> {
         if let Some(bits) = bit_depth.filter(|bits| !(1..=16).contains(bits)) {
             return Err(Error::Value(format!("bit_depth is {bits}, but it must lie between 1 and 16")).into());
         }
@@ -89,7 +95,11 @@ impl Detector {
 
 impl Detector {
     /// The one gate to the core: no GIL inside, one thread at a time, and no panic gets out.
-    fn run<T: Send>(&self, py: Python<'_>, work: impl Send + FnOnce(&mut apgstmd_core::Detector) -> T) -> Result<T, Error> {
+    fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl Send + FnOnce(&mut apgstmd_core::Detector) -> T,
+    ) -> Result<T, Error> {
         if self.process != std::process::id() {
             return Err(Error::State("this detector was made before a fork: make one in the new process".into()));
         }

@@ -18,6 +18,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<detector::Detector>()?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(program::run, module)?)?;
     module.add_function(wrap_pyfunction!(program::run_cli, module)?)?;
     Ok(())
 }
