@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use apgstmd_core::Stage;
+use apgstmd_core::{Params, Preset, Size, Stage};
 use ndarray::{Array3, ArrayD, Axis, Ix3};
 use ndarray_npy::{NpzReader, ReadNpzError};
 
 use crate::naive::map::Map;
+use crate::stimulus::Scene;
 
 /// Stages of some frames, and the frames that give them.
 pub struct Golden {
@@ -58,5 +59,21 @@ impl Golden {
 
 /// Where the repository keeps its golden.
 pub fn own_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/own_24x36.npz")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/practical_20x36.npz")
+}
+
+/// Frames in the repository's golden.
+pub const OWN_FRAMES: usize = 34;
+/// Of which these have their stages kept: before the first prediction can be attended to, and long after.
+pub const OWN_STAGES: [usize; 2] = [7, 32];
+
+/// Parameters of the repository's golden: `practical` at 1 px/frame, so that a short clip shows rejection by motion
+/// and a region that fades in, which the independent golden does not.
+pub fn own_params() -> Params {
+    Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed")
+}
+
+/// The scene of the repository's golden.
+pub fn own_scene() -> Scene {
+    Scene::lively(Size::new(20, 36), 1.0, 2)
 }

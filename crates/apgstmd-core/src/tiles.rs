@@ -3,8 +3,8 @@
 use crate::frame::Size;
 use crate::row::bands::Split;
 
-/// Side of a tile, px: two cache lines wide, and a typical target's surroundings are a few tiles.
-pub(crate) const TILE: usize = 32;
+/// Side of a tile, px: whole vectors of every instruction set, and fine enough to follow the outline of a prediction.
+pub(crate) const TILE: usize = 16;
 
 /// How a picture is cut into tiles, counted row by row.
 #[derive(Clone, Copy, Debug)]
@@ -90,9 +90,9 @@ mod tests {
 
     #[test]
     fn around_reaches_far_enough_and_stops_at_the_edge() {
-        let grid = Grid::new(Size::new(160, 160));
-        assert_eq!(grid.around(0, 13).collect::<Vec<_>>(), [0, 1, 5, 6]);
-        assert_eq!(grid.around(12, 33).count(), 25);
+        let grid = Grid::new(Size::new(5 * TILE, 5 * TILE));
+        assert_eq!(grid.around(0, TILE - 3).collect::<Vec<_>>(), [0, 1, 5, 6]);
+        assert_eq!(grid.around(12, TILE + 1).count(), 25);
         assert_eq!(grid.around(12, 0).collect::<Vec<_>>(), [12]);
     }
 }

@@ -1,1 +1,24 @@
-//! Python binding.
+//! The compiled part of the Python package, `apgstmd._core`: thin, private, described in `python/apgstmd/_core.pyi`.
+//! What users see (keywords, results, their documentation) is Python and lives in `python/apgstmd`.
+
+mod arrays;
+mod detector;
+mod errors;
+mod params;
+mod program;
+
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let stages = apgstmd_core::Stage::ALL.iter().map(|stage| stage.name());
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("STAGES", PyTuple::new(module.py(), stages)?)?;
+    module.add_class::<detector::Detector>()?;
+    module.add_function(wrap_pyfunction!(params::fields, module)?)?;
+    module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(program::run, module)?)?;
+    module.add_function(wrap_pyfunction!(program::run_cli, module)?)?;
+    Ok(())
+}

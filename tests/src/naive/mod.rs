@@ -45,7 +45,7 @@ pub struct Detection {
 /// Everything about one frame.
 pub struct Seen {
     stages: Vec<Vec<Map>>,
-    /// Detections, strongest peak first.
+    /// Detections, highest score first.
     pub detections: Vec<Detection>,
     /// The background's shift as estimated here.
     pub shift: (f64, f64),
@@ -68,6 +68,8 @@ pub struct Decisions<'a> {
     pub response: Option<(&'a [Map], &'a [Map])>,
     /// The background's shift in this frame.
     pub shift: Option<(f64, f64)>,
+    /// R below this counts as 0. By the specification nothing does: a region fades for ever.
+    pub faded: f64,
 }
 
 /// The model and all it has seen.
@@ -146,7 +148,9 @@ impl Naive {
             let omega = decisions.region.unwrap_or(&own);
             self.r = Some(match &self.r {
                 None => omega.clone(),
-                Some(r) => r + &((omega - r) / params.attention.ramp),
+                Some(r) => {
+                    (r + &((omega - r) / params.attention.ramp)).mapv(|r| if r < decisions.faded { 0.0 } else { r })
+                }
             });
         }
         let a = match &self.r {
@@ -194,7 +198,8 @@ impl Naive {
         };
         self.m.push(m.clone());
 
-        let detections = confirmed.iter().map(|confirmed| self.detection(confirmed, &q)).collect();
+        let mut detections: Vec<_> = confirmed.iter().map(|confirmed| self.detection(confirmed, &q)).collect();
+        detections.sort_by(|a, b| b.score.total_cmp(&a.score));
         // In the order of `Stage::ALL`.
         let stages = vec![
             vec![p],

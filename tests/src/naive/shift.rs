@@ -107,8 +107,8 @@ mod tests {
             let before = picture(size, (0.0, 0.0));
             for truth in [(0.0, 0.0), (0.4, -0.7), (-1.3, 0.9)] {
                 let found = background_shift(&before, &picture(size, truth), (0.0, 0.0));
-                // Bilinear interpolation flattens waves of wavelength 12 px by up to 3 %.
-                assert!((found.0 - truth.0).hypot(found.1 - truth.1) < 0.03, "{size:?}: {found:?} against {truth:?}");
+                // Bilinear interpolation flattens a wave of wavelength 12 px by up to 3 %, and the step with it.
+                assert!((found.0 - truth.0).hypot(found.1 - truth.1) < 0.05, "{size:?}: {found:?} against {truth:?}");
             }
         }
     }

@@ -176,6 +176,7 @@ impl ApgStmd {
         self.medulla.reset();
         self.lobula.reset();
         self.rejection.reset();
+        self.prediction.reset();
         self.memorizer.reset();
     }
 }

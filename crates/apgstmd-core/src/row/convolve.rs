@@ -1,9 +1,12 @@
 //! Weighted sums inside and across rows, all taps in one pass. Output rows are whole SIMD blocks; sources carry their
 //! halo, so there are no borders here.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use crate::plane::LANES;
+use crate::tiles::TILE;
 
 /// One vector from `src[at..]`.
 ///
@@ -121,38 +124,40 @@ pub(crate) struct Core {
     pub quadrant: Vec<Vec<f32>>,
 }
 
-/// Two separable kernels and a dense core, rectified:
-/// `out[x] = max(sum over rows of both sources + core around (x + halo) of `dense`, 0)`.
-/// `dense` starts at the row `core.radius` above the output row, its column 0 is `halo` left of `out[0]`.
+/// Lateral inhibition: two kernels that are separable, with these taps across rows, and a dense core.
+#[derive(Clone, Debug)]
+pub(crate) struct Lateral {
+    pub across: Vec<[f32; 2]>,
+    pub core: Core,
+}
+
+/// `out[x] = max(sum over the rows of both smooth sources + core around dense[x + radius], 0)`. `smooth` starts `radius`
+/// rows above the output row, `dense` the core's radius above it and `radius` columns to the left.
 pub(crate) fn inhibit(
     level: Level,
     smooth: [&[f32]; 2],
     dense: &[f32],
     strides: [usize; 2],
-    halo: usize,
-    taps: &[[f32; 2]],
-    core: &Core,
+    kernel: &Lateral,
     out: &mut [f32],
 ) {
-    dispatch!(level, simd => inhibit_in(simd, smooth, dense, strides, halo, taps, core, out));
+    dispatch!(level, simd => inhibit_in(simd, smooth, dense, strides, kernel, out));
 }
 
 #[inline(always)]
-#[allow(unsafe_code, clippy::too_many_arguments)]
+#[allow(unsafe_code)]
 fn inhibit_in<S: Simd>(
     simd: S,
     smooth: [&[f32]; 2],
     dense: &[f32],
     [stride, dense_stride]: [usize; 2],
-    halo: usize,
-    taps: &[[f32; 2]],
-    core: &Core,
+    Lateral { across: taps, core }: &Lateral,
     out: &mut [f32],
 ) {
     let radius = taps.len() - 1;
     let reach = core.radius;
     assert!(out.len().is_multiple_of(LANES) && smooth.iter().all(|src| src.len() >= 2 * radius * stride + out.len()));
-    assert!(halo >= reach && dense.len() >= 2 * reach * dense_stride + halo + reach + out.len());
+    assert!(radius >= reach && dense.len() >= 2 * reach * dense_stride + radius + reach + out.len());
     let zero = S::f32s::splat(simd, 0.0);
     for x in (0..out.len()).step_by(S::f32s::LEN) {
         // SAFETY: x + LEN <= out.len(), and the assertions keep the farthest load of each source inside its slice.
@@ -165,7 +170,7 @@ fn inhibit_in<S: Simd>(
                     }
                     let at = |dy: isize, dx: isize| {
                         let row = (reach as isize + dy) as usize * dense_stride;
-                        load(simd, dense, row + (x + halo).wrapping_add_signed(dx))
+                        load(simd, dense, row + (x + radius).wrapping_add_signed(dx))
                     };
                     let (v, h) = (dy as isize, dx as isize);
                     let value = match (dy, dx) {
@@ -263,44 +268,55 @@ fn steer_in<S: Simd>(simd: S, moments: [&[f32]; 3], stride: usize, taps: &[[f32;
     }
 }
 
-/// `out[x] += sum over (offset, tap) of tap src[offset + x]`: any kernel, as a list of places in a patch.
-pub(crate) fn accumulate(level: Level, src: &[f32], taps: &[(usize, f32)], out: &mut [f32]) {
-    dispatch!(level, simd => accumulate_in(simd, src, taps, out));
+/// A square kernel over a tile of `TILE` x `TILE`: `out[y][x] = sum over j, i of taps[j][i] src[y + j][x + i]`. `spans[row]`
+/// names the columns of a source row outside which it is zero; what they leave out is not computed.
+pub(crate) fn correlate_tile(
+    level: Level,
+    src: &[f32],
+    stride: usize,
+    spans: &[Range<usize>],
+    taps: &[f32],
+    out: &mut [f32],
+) {
+    dispatch!(level, simd => correlate_tile_in(simd, src, stride, spans, taps, out));
 }
+
+/// Sums in flight: enough to hide the latency of a fused multiply-add, few enough for the registers.
+const SUMS: usize = 8;
 
 #[inline(always)]
 #[allow(unsafe_code)]
-fn accumulate_in<S: Simd>(simd: S, src: &[f32], taps: &[(usize, f32)], out: &mut [f32]) {
-    let farthest = taps.iter().map(|tap| tap.0).max().unwrap_or(0);
-    assert!(out.len().is_multiple_of(LANES) && src.len() >= farthest + out.len());
-    let step = S::f32s::LEN;
-    let mut x = 0;
-    // Four vectors at a time: four independent chains of sums.
-    while x + 4 * step <= out.len() {
-        // SAFETY: x + 4 LEN <= out.len(), and the assertion keeps the farthest tap inside the source.
-        unsafe {
-            let mut sums = [0, 1, 2, 3].map(|i| load(simd, out, x + i * step));
-            for &(offset, tap) in taps {
-                let tap = S::f32s::splat(simd, tap);
-                for (i, sum) in sums.iter_mut().enumerate() {
-                    *sum = load(simd, src, offset + x + i * step).mul_add(tap, *sum);
+fn correlate_tile_in<S: Simd>(
+    simd: S,
+    src: &[f32],
+    stride: usize,
+    spans: &[Range<usize>],
+    taps: &[f32],
+    out: &mut [f32],
+) {
+    let side = spans.len() + 1 - TILE;
+    assert!(taps.len() == side * side && out.len() == TILE * TILE && TILE.is_multiple_of(S::f32s::LEN));
+    assert!(stride >= side - 1 + TILE && src.len() >= (spans.len() - 1) * stride + side - 1 + TILE);
+    let across = TILE / S::f32s::LEN;
+    let rows = (SUMS / across).min(TILE);
+    for top in (0..TILE).step_by(rows) {
+        let mut sums = [S::f32s::splat(simd, 0.0); SUMS];
+        for j in 0..side {
+            let (first, last) = spans[top + j..top + j + rows]
+                .iter()
+                .filter(|span| !span.is_empty())
+                .fold((side + TILE, 0), |(first, last), span| (first.min(span.start), last.max(span.end)));
+            for i in first.saturating_sub(TILE - 1)..last.min(side) {
+                let tap = S::f32s::splat(simd, taps[j * side + i]);
+                for (index, sum) in sums.iter_mut().enumerate().take(rows * across) {
+                    let (row, column) = (top + j + index / across, i + index % across * S::f32s::LEN);
+                    // SAFETY: row < spans.len() and column + LEN <= side - 1 + TILE, so the assertion covers the load.
+                    *sum = unsafe { load(simd, src, row * stride + column) }.mul_add(tap, *sum);
                 }
             }
-            for (i, sum) in sums.into_iter().enumerate() {
-                store::<S>(sum, out, x + i * step);
-            }
         }
-        x += 4 * step;
-    }
-    while x < out.len() {
-        // SAFETY: as above with one vector.
-        unsafe {
-            let mut sum = load(simd, out, x);
-            for &(offset, tap) in taps {
-                sum = load(simd, src, offset + x).mul_add(S::f32s::splat(simd, tap), sum);
-            }
-            store::<S>(sum, out, x);
+        for (sum, out) in sums.iter().zip(out[top * TILE..].chunks_exact_mut(S::f32s::LEN)).take(rows * across) {
+            sum.store_slice(out);
         }
-        x += step;
     }
 }

@@ -78,8 +78,8 @@ fn inhibit_directions_in<S: Simd>(
             for k in 0..DIRECTIONS {
                 let around = |d: usize| s[(k + d) % DIRECTIONS] + s[(k + DIRECTIONS - d) % DIRECTIONS];
                 let mut sum = s[k] * w[0];
-                for d in 1..DIRECTIONS / 2 {
-                    sum = around(d).mul_add(w[d], sum);
+                for (d, w) in w.iter().enumerate().take(DIRECTIONS / 2).skip(1) {
+                    sum = around(d).mul_add(*w, sum);
                 }
                 sum = s[(k + DIRECTIONS / 2) % DIRECTIONS].mul_add(w[DIRECTIONS / 2], sum);
                 let value = sum.simd_gt(floor).select(sum, zero);

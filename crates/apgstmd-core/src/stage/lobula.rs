@@ -16,7 +16,7 @@ use crate::frame::Size;
 use crate::params::LobulaParams;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
-use crate::row::convolve::{Core, horizontal, inhibit};
+use crate::row::convolve::{Core, Lateral, horizontal, inhibit};
 use crate::row::mix::{correlate, inhibit_directions};
 use crate::stage::medulla::Medulla;
 
@@ -28,8 +28,7 @@ const STRIP: usize = 128;
 pub(crate) struct Lobula {
     upstream: [(isize, isize); DIRECTIONS],
     along: Vec<[f32; 2]>,
-    across: Vec<[f32; 2]>,
-    core: Core,
+    lateral: Lateral,
     between: [f32; DIRECTIONS / 2 + 1],
     floor: f32,
     pub e: [Plane; DIRECTIONS],
@@ -66,12 +65,14 @@ impl Lobula {
         Self {
             upstream: std::array::from_fn(|k| upstream(k, params.spacing)),
             along: (0..=radius).map(|d| [center[d] as f32, surround[d] as f32]).collect(),
-            across: (0..=radius)
-                .map(|d| [(b * center_weight * center[d]) as f32, (-b * surround_weight * surround[d]) as f32])
-                .collect(),
-            core: Core {
-                radius: reach,
-                quadrant: (0..=reach).map(|dy| (0..=reach).map(|dx| core(dy, dx)).collect()).collect(),
+            lateral: Lateral {
+                across: (0..=radius)
+                    .map(|d| [(b * center_weight * center[d]) as f32, (-b * surround_weight * surround[d]) as f32])
+                    .collect(),
+                core: Core {
+                    radius: reach,
+                    quadrant: (0..=reach).map(|dy| (0..=reach).map(|dx| core(dy, dx)).collect()).collect(),
+                },
             },
             between,
             floor: params.response_floor as f32,
@@ -87,7 +88,7 @@ impl Lobula {
     pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: &Medulla) {
         let (size, stride) = (l.size(), l.stride());
         let radius = self.along.len() - 1;
-        let Self { e, strongest, scratch, upstream, along, across, core, between, floor } = self;
+        let Self { e, strongest, scratch, upstream, along, lateral, between, floor } = self;
         let level = bands.level();
         let out = (
             e.each_mut().map(|plane| Rows { data: plane.data_mut(), stride }),
@@ -133,9 +134,9 @@ impl Lobula {
                         }
                         for y in 0..range.len() {
                             let smooth = [center.below(y), surround.below(y)];
-                            let dense = d.below(y + radius - core.radius);
+                            let dense = d.below(y + radius - lateral.core.radius);
                             let strides = [center.stride, d.stride];
-                            inhibit(level, smooth, dense, strides, radius, across, core, &mut s.row_mut(y)[..width]);
+                            inhibit(level, smooth, dense, strides, lateral, &mut s.row_mut(y)[..width]);
                         }
                     }
                     for y in 0..range.len() {

@@ -4,14 +4,18 @@
 //! radius v_opt dt, denser along the direction. Only tiles within the kernel's reach of something are computed, and in
 //! them only rows of the source that are not zero.
 
+use std::ops::Range;
+
+use fearless_simd::Level;
+
 use crate::DIRECTIONS;
 use crate::direction::angle;
 use crate::filter::kernel::bessel_i0;
-use crate::filter::patch::{Patch, patch_stride};
+use crate::filter::patch::Patch;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch, Slice};
-use crate::row::convolve::accumulate;
+use crate::row::convolve::correlate_tile;
 use crate::stage::memorizer::{BLOCK, Gains, Memorizer, TILE_AREA};
 use crate::tiles::{Grid, TILE};
 
@@ -20,13 +24,34 @@ pub(crate) struct Prediction {
     mu: f32,
     floor: f32,
     radius: usize,
-    /// For each direction and source row of the kernel: (column in the patch, tap).
-    kernels: [Vec<Vec<(usize, f32)>>; DIRECTIONS],
+    /// W_p of each direction, turned by half a circle: what is correlated with it is convolved with W_p.
+    kernels: [Vec<f32>; DIRECTIONS],
     /// Directions of E' that are not zero, by tile.
     fresh: Vec<u8>,
     jobs: Vec<Job>,
-    scratch: Scratch<Patch>,
+    /// Largest M of the last frame.
+    peak: f32,
+    scratch: Scratch<Work>,
 }
+
+/// What all tiles of a frame read.
+struct Source<'a> {
+    level: Level,
+    kept: &'a [Plane; DIRECTIONS],
+    past: &'a Gains,
+    grid: &'a Grid,
+    floor: f32,
+}
+
+struct Work {
+    patch: Patch,
+    /// Columns of each row of the patch outside which it is zero.
+    spans: Vec<Range<usize>>,
+}
+
+/// Gains below this share of the largest M are zero. They could neither open a region of attention nor be seen in Q, but
+/// would spread over the whole picture, frame by frame.
+const NEGLIGIBLE: f32 = 1e-7;
 
 #[derive(Clone, Copy)]
 struct Job {
@@ -64,13 +89,8 @@ impl Prediction {
         let prediction = &params.prediction;
         let reach = prediction.v_opt * f64::from(prediction.horizon);
         let radius = (reach + 3.0 * prediction.ring_width).ceil() as usize;
-        let side = 2 * radius + 1;
-        let kernels = std::array::from_fn(|k| {
-            let values = kernel(params, radius, angle(k));
-            // Convolution: the source row j above meets the kernel's row side - 1 - j, and likewise across.
-            let row = |j: usize| (0..side).map(|i| (i, values[(side - 1 - j) * side + side - 1 - i] as f32)).collect();
-            (0..side).map(row).collect()
-        });
+        let kernels =
+            std::array::from_fn(|k| kernel(params, radius, angle(k)).into_iter().rev().map(|tap| tap as f32).collect());
         Self {
             enabled: prediction.enabled,
             mu: prediction.mu as f32,
@@ -80,7 +100,11 @@ impl Prediction {
             kernels,
             fresh: vec![0; grid.count()],
             jobs: Vec::with_capacity(grid.count()),
-            scratch: Scratch::new(threads, || Patch::with_capacity(TILE + 2 * radius, TILE + 2 * radius)),
+            peak: 0.0,
+            scratch: Scratch::new(threads, || {
+                let side = TILE + 2 * radius;
+                Work { patch: Patch::with_capacity(side, side), spans: Vec::with_capacity(side) }
+            }),
         }
     }
 
@@ -107,61 +131,49 @@ impl Prediction {
                 self.jobs.push(Job { tile, mask, peak: 0.0 });
             }
         }
+        let floor = self.floor.max(NEGLIGIBLE * self.peak);
+        let source = Source { level: bands.level(), kept, past, grid: &grid, floor };
         let mut jobs = std::mem::take(&mut self.jobs);
         let blocks = Rows { data: &mut present.data[..jobs.len() * BLOCK], stride: BLOCK };
         bands.each((Slice(&mut jobs), blocks), |(jobs, mut blocks)| {
             for (index, job) in jobs.0.iter_mut().enumerate() {
-                self.scratch.with(bands, |patch| self.predict(bands, kept, past, &grid, job, blocks.row(index), patch));
+                self.scratch.with(bands, |work| self.predict(&source, job, blocks.row(index), work));
             }
         });
         for (block, job) in jobs.iter().enumerate() {
             present.set(job.tile, block, job.mask);
             present.peak = present.peak.max(job.peak);
         }
+        self.peak = present.peak;
         self.jobs = jobs;
     }
 
-    fn predict(
-        &self,
-        bands: &Bands,
-        kept: &[Plane; DIRECTIONS],
-        past: &Gains,
-        grid: &Grid,
-        job: &mut Job,
-        block: &mut [f32],
-        patch: &mut Patch,
-    ) {
-        let area = grid.area(job.tile);
-        let side = TILE + 2 * self.radius;
+    pub fn reset(&mut self) {
+        self.peak = 0.0;
+    }
+
+    /// F and M of one tile.
+    fn predict(&self, source: &Source<'_>, job: &mut Job, block: &mut [f32], work: &mut Work) {
         let (f, m) = block.split_at_mut(DIRECTIONS * TILE_AREA);
-        f.fill(0.0);
+        let area = source.grid.area(job.tile);
         m.fill(0.0);
         for (k, f) in f.chunks_exact_mut(TILE_AREA).enumerate() {
             if job.mask & 1 << k == 0 {
+                f.fill(0.0);
                 continue;
             }
-            self.gather(kept, past, grid, job.tile, k, patch);
-            let zero: fn(&[f32]) -> bool = |row| row.iter().fold(0, |any, value| any | value.to_bits()) == 0;
-            let mut rows_present = [0u64; 8];
-            for row in 0..side {
-                if !zero(patch.row(row)) {
-                    rows_present[row / 64] |= 1 << (row % 64);
-                }
-            }
+            self.gather(source, job.tile, k, work);
+            let Work { patch, spans } = work;
+            correlate_tile(source.level, &patch.data, patch.stride, spans, &self.kernels[k], f);
             let mut any = false;
-            for (y, out) in f.chunks_exact_mut(TILE).enumerate().take(area.rows) {
-                for (j, taps) in self.kernels[k].iter().enumerate() {
-                    let row = y + j;
-                    if rows_present[row / 64] >> (row % 64) & 1 == 1 {
-                        accumulate(bands.level(), patch.row(row), taps, out);
-                    }
+            for (y, f) in f.chunks_exact_mut(TILE).enumerate() {
+                let inside = if y < area.rows { area.columns } else { 0 };
+                f[inside..].fill(0.0);
+                for (f, m) in f[..inside].iter_mut().zip(&mut m[y * TILE..]) {
+                    *f = if *f < source.floor { 0.0 } else { *f };
+                    *m += *f;
+                    any |= *f > 0.0;
                 }
-                for (value, m) in out[..area.columns].iter_mut().zip(&mut m[y * TILE..]) {
-                    *value = if *value < self.floor { 0.0 } else { *value };
-                    *m += *value;
-                    any |= *value > 0.0;
-                }
-                out[area.columns..].fill(0.0);
             }
             if !any {
                 job.mask &= !(1 << k);
@@ -171,10 +183,11 @@ impl Prediction {
     }
 
     /// mu E' + (1 - mu) F(t - dt) of direction k over a tile and the kernel's reach around it, zero outside.
-    fn gather(&self, kept: &[Plane; DIRECTIONS], past: &Gains, grid: &Grid, tile: usize, k: usize, patch: &mut Patch) {
+    fn gather(&self, source: &Source<'_>, tile: usize, k: usize, work: &mut Work) {
+        let Source { kept, past, grid, .. } = source;
+        let Work { patch, spans } = work;
         let side = TILE + 2 * self.radius;
         patch.shape(side, side);
-        debug_assert!(patch.stride == patch_stride(side));
         patch.data.fill(0.0);
         let center = grid.area(tile);
         for near in grid.around(tile, self.radius) {
@@ -205,6 +218,14 @@ impl Prediction {
                 }
             }
         }
+        spans.clear();
+        spans.extend((0..side).map(|y| {
+            let row = &patch.row(y)[..side];
+            match row.iter().position(|value| *value != 0.0) {
+                Some(first) => first..row.iter().rposition(|value| *value != 0.0).map_or(side, |last| last + 1),
+                None => 0..0,
+            }
+        }));
     }
 }
 

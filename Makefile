@@ -1,0 +1,55 @@
+# Everything there is to type. `make demo` and `make test` do all the set-up they need.
+
+CARGO ?= cargo
+PY := .venv/bin/python
+WHEELS := target/wheels
+
+# One interpreter for cargo and maturin, so that the binding is not built twice.
+test lint wheel: export PYO3_PYTHON := $(CURDIR)/$(PY)
+test lint wheel: export VIRTUAL_ENV := $(CURDIR)/.venv
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo test lint wheel venv bench docs clean
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
+
+demo: ## build the program and let it find targets in a scene it makes itself; results in demo-out/
+	@$(CARGO) build --release --package apgstmd-cli
+	@$(CARGO) run --release --quiet --package apgstmd-cli -- demo --out demo-out --force
+
+test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs
+	@echo "== cargo test"
+	@$(CARGO) test --workspace --quiet
+	@$(MAKE) --no-print-directory wheel
+	@echo "== pytest, against the installed wheel"
+	@$(PY) -m pytest --quiet
+	@echo "== mypy and stubtest"
+	@$(PY) -m mypy
+	@$(PY) -m mypy.stubtest apgstmd._core --mypy-config-file pyproject.toml
+
+lint: venv ## rustfmt and clippy, warnings are errors
+	@echo "== cargo fmt, clippy"
+	@$(CARGO) fmt --all --check
+	@$(CARGO) clippy --workspace --all-targets --quiet -- -D warnings
+
+wheel: venv ## build the Python wheel into target/wheels and install it into .venv
+	@echo "== wheel"
+	@rm -f $(WHEELS)/*.whl
+	@$(PY) -m maturin build --release --quiet --interpreter $(PY) --out $(WHEELS)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
+	@ls $(WHEELS)/*.whl
+
+venv:
+	@tools/venv.sh
+
+bench: ## criterion benchmarks of each stage and of whole frames
+	@$(CARGO) bench --package apgstmd-benches
+
+docs: ## API documentation of the Rust crates in target/doc
+	@RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude apgstmd-py
+
+clean: ## remove everything that was built
+	@$(CARGO) clean
+	@rm -rf .venv demo-out .mypy_cache .pytest_cache

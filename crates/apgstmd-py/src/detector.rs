@@ -1,0 +1,130 @@
+//! One stream's detector. The GIL is released while it computes; two threads at once are an error, not a wait.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, TryLockError};
+
+use apgstmd_core::{Detection, Params, Response, Size, Stage};
+use ndarray::Axis;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::Borrowed;
+use crate::errors::Error;
+
+type Column<'py, T> = Bound<'py, PyArray1<T>>;
+type Map<'py> = Bound<'py, PyArray2<f32>>;
+/// x, y, score, direction, trace.
+type Columns<'py> = (Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Column<'py, i64>);
+
+#[pyclass(module = "apgstmd._core", frozen)]
+pub struct Detector {
+    detector: Mutex<apgstmd_core::Detector>,
+    bits: Option<u32>,
+    /// Threads do not survive a fork: a copy in a child process would wait for them for ever.
+    process: u32,
+    #[pyo3(get)]
+    params: String,
+    #[pyo3(get)]
+    threads: usize,
+    #[pyo3(get)]
+    latency: usize,
+    #[pyo3(get)]
+    lag: f32,
+}
+
+#[pymethods]
+impl Detector {
+    #[new]
+    fn new(
+        height: usize,
+        width: usize,
+        params: &str,
+        threads: Option<usize>,
+        bit_depth: Option<u32>,
+    ) -> PyResult<Self> {
+        if let Some(bits) = bit_depth.filter(|bits| !(1..=16).contains(bits)) {
+            return Err(Error::Value(format!("bit_depth is {bits}, but it must lie between 1 and 16")).into());
+        }
+        let size = Size::new(height, width);
+        let read = Params::from_toml(params).map_err(Error::from)?;
+        let detector = match threads {
+            Some(threads) => apgstmd_core::Detector::with_threads(size, &read, threads),
+            None => apgstmd_core::Detector::new(size, &read),
+        }
+        .map_err(Error::from)?;
+        Ok(Self {
+            bits: bit_depth,
+            process: std::process::id(),
+            params: params.to_owned(),
+            threads: detector.threads(),
+            latency: detector.latency(),
+            lag: detector.lag(),
+            detector: Mutex::new(detector),
+        })
+    }
+
+    fn process<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &Bound<'py, PyAny>,
+    ) -> PyResult<(Map<'py>, Map<'py>, Columns<'py>, (f32, f32))> {
+        let borrowed = Borrowed::new(frame, self.bits)?;
+        let frame = borrowed.frame();
+        let Response { map, direction, detections, background_shift } =
+            self.run(py, |detector| detector.process(frame))?.map_err(Error::from)?;
+        Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift))
+    }
+
+    fn stage<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let stage: Stage = name.parse().map_err(Error::from)?;
+        let maps = self.run(py, |detector| detector.probe().stage(stage))?;
+        Ok(match stage.planes() {
+            1 => maps.index_axis_move(Axis(0), 0).into_pyarray(py).into_any(),
+            _ => maps.into_pyarray(py).into_any(),
+        })
+    }
+
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        Ok(self.run(py, apgstmd_core::Detector::reset)?)
+    }
+
+    fn frames(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.run(py, |detector| detector.frames())?)
+    }
+}
+
+impl Detector {
+    /// The one gate to the core: no GIL inside, one thread at a time, and no panic gets out.
+    fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl Send + FnOnce(&mut apgstmd_core::Detector) -> T,
+    ) -> Result<T, Error> {
+        if self.process != std::process::id() {
+            return Err(Error::State("this detector was made before a fork: make one in the new process".into()));
+        }
+        py.detach(|| {
+            catch_unwind(AssertUnwindSafe(|| match self.detector.try_lock() {
+                Ok(mut detector) => Ok(work(&mut detector)),
+                Err(TryLockError::WouldBlock) => Err(Error::State(
+                    "this detector is at work in another thread: make one detector for each stream".into(),
+                )),
+                Err(TryLockError::Poisoned(_)) => {
+                    Err(Error::State("this detector failed in an earlier call: make a new one".into()))
+                }
+            }))
+            .unwrap_or_else(|_| Err(Error::State("apgstmd has a defect, please report it with the lines above".into())))
+        })
+    }
+}
+
+fn columns<'py>(py: Python<'py>, detections: &[Detection]) -> Columns<'py> {
+    let column = |value: fn(&Detection) -> f32| PyArray1::from_iter(py, detections.iter().map(value));
+    (
+        column(|found| found.x),
+        column(|found| found.y),
+        column(|found| found.score),
+        column(|found| found.direction),
+        PyArray1::from_iter(py, detections.iter().map(|found| found.trace as i64)),
+    )
+}

@@ -1,0 +1,45 @@
+//! The one place where the core's errors become Python exceptions.
+
+use apgstmd_core::{FrameError, ParamError, UnknownStage};
+use pyo3::PyErr;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+
+pub enum Error {
+    /// A value or a frame that cannot be used: ValueError.
+    Value(String),
+    /// An object of the wrong kind: TypeError.
+    Type(String),
+    /// The detector or the machine is in no state to go on: RuntimeError.
+    State(String),
+}
+
+impl From<ParamError> for Error {
+    fn from(error: ParamError) -> Self {
+        match error {
+            ParamError::ThreadStart { .. } => Self::State(error.to_string()),
+            _ => Self::Value(error.to_string()),
+        }
+    }
+}
+
+impl From<FrameError> for Error {
+    fn from(error: FrameError) -> Self {
+        Self::Value(error.to_string())
+    }
+}
+
+impl From<UnknownStage> for Error {
+    fn from(error: UnknownStage) -> Self {
+        Self::Value(error.to_string())
+    }
+}
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Value(message) => PyValueError::new_err(message),
+            Error::Type(message) => PyTypeError::new_err(message),
+            Error::State(message) => PyRuntimeError::new_err(message),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+"""The compiled part: private, thin. Its users are the modules beside it; see `apgstmd.Detector` for the manual."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Map: TypeAlias = NDArray[np.float32]
+_Columns: TypeAlias = tuple[
+    NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]
+]
+
+__all__ = ["STAGES", "Detector", "__version__", "fields", "resolve", "run", "run_cli"]
+
+__version__: Final[str]
+STAGES: Final[tuple[str, ...]]
+
+@final
+class Detector:
+    """One stream's state. Every method releases the GIL; RuntimeError when another thread is inside."""
+
+    def __new__(
+        cls, height: int, width: int, params: str, threads: int | None, bit_depth: int | None
+    ) -> Detector:
+        """`params` is a full parameter file (TOML). ValueError: a size, parameter, thread count or depth out of range."""
+
+    @property
+    def params(self) -> str:
+        """The parameter file it was made from."""
+
+    @property
+    def threads(self) -> int: ...
+    @property
+    def latency(self) -> int:
+        """Frames from the onset of a target to its complete response."""
+
+    @property
+    def lag(self) -> float:
+        """How far the response trails the target, px."""
+
+    def process(self, frame: NDArray[Any]) -> tuple[_Map, _Map, _Columns, tuple[float, float]]:
+        """(H, W) response, (H, W) direction, columns x, y, score, direction, trace, background shift (x, y) in px."""
+
+    def stage(self, name: str) -> NDArray[np.float32]:
+        """A copy of a stage of the last frame: (H, W), (4, H, W) for C, (8, H, W) for D, E, Ep, F, Q."""
+
+    def reset(self) -> None: ...
+    def frames(self) -> int:
+        """Frames since construction or the last reset."""
+
+def fields() -> list[tuple[str, str, str, str]]:
+    """Every parameter in file order: section, name, documentation, rule."""
+
+def resolve(
+    preset: str,
+    file: str | None,
+    table: Mapping[str, Mapping[str, object]] | None,
+    speed: float | None,
+    overrides: Mapping[str, Mapping[str, object]],
+) -> str:
+    """The full parameter file: `file` (TOML), `table` or `preset`, tuned to `speed`, with `overrides` put in last.
+
+    What a file or a table leaves out is the paper's.
+    """
+
+def run_cli(argv: Sequence[str]) -> int:
+    """Runs the command line, `argv` with the program's name first, and returns its exit code.
+
+    It owns the process meanwhile: it prints, and listens for Ctrl-C itself.
+    """
+
+def run(argv: Sequence[str]) -> None:
+    """The same for a process that goes on afterwards: failures are exceptions, Ctrl-C is Python's.
+
+    ValueError for what is wrong in `argv`, RuntimeError for all else, KeyboardInterrupt when the frame in work is done.
+    """

@@ -1,0 +1,154 @@
+"""The streaming detector."""
+
+from __future__ import annotations
+
+import operator
+import tomllib
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .results import Detections, Output
+
+
+class Detector:
+    """Finds small moving targets in a stream of frames of one size.
+
+    Parameters
+    ----------
+    size : (height, width), at least 16 x 16.
+    preset : "practical" (a start for real footage) or "paper" (the constants of the publication).
+    speed : px/frame that the model is tuned to, 0.01 to 32. It responds well from about half to twice this speed, and
+        the untuned model (None) prefers 0.25 px/frame: this is the first thing to set for a new camera.
+    rejection : "off", "contrast" or "motion": how false positives are told from targets.
+    localise : "target" (moved forward onto the target) or "response" (the peak, a few pixels behind).
+    threshold : least response E of a detection, >= 0.
+    threads : 1 to 256, all cores by default. The numbers do not depend on it.
+    bit_depth : significant bits of integer frames, 1 to 16, when they are fewer than the type holds (10, 12, 14).
+    params : a parameter file to start from instead of `preset`: a path, TOML text or a dict of sections.
+    **parameters : any other parameter as `section_name`, for example `attention_alpha=0.5`. They are put in last:
+        after `preset` or `params`, after `speed`. `apgstmd.parameters()` lists all with meanings and ranges.
+
+    Raises
+    ------
+    TypeError : an unknown name (the nearest is suggested), or one given twice.
+    ValueError : a value out of range; the message names the parameter, the value and the rule.
+
+    One detector holds the state of one stream. Used from two threads at once it raises RuntimeError; the interpreter
+    is free for other threads while a frame is computed, so several detectors do run side by side.
+
+    >>> import apgstmd, numpy as np
+    >>> detector = apgstmd.Detector((48, 96), speed=1.0)
+    >>> for t in range(48):
+    ...     frame = np.full((48, 96), 255, np.uint8)
+    ...     frame[22:27, 10 + t : 15 + t] = 0  # a dark square of 5 x 5 px, one pixel to the right each frame
+    ...     out = detector.process(frame)
+    >>> target = out.detections[0]
+    >>> abs(target.x - 59) < 2, abs(target.y - 24) < 1, abs(target.direction) < 0.2
+    (True, True, True)
+    """
+
+    __slots__ = ("_core", "_shape", "__weakref__")
+
+    def __init__(
+        self,
+        size: tuple[int, int],
+        *,
+        preset: Preset | None = None,
+        speed: float | None = None,
+        rejection: Rejection | None = None,
+        localise: Localise | None = None,
+        threshold: float | None = None,
+        threads: int | None = None,
+        bit_depth: int | None = None,
+        params: ParamFile | None = None,
+        **parameters: Unpack[Parameters],
+    ) -> None:
+        self._shape = _check_size(size)
+        text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth"))
+        self._core = _core.Detector(
+            *self._shape, text, whole("threads", threads, 1, 256), whole("bit_depth", bit_depth, 1, 16)
+        )
+
+    def process(self, frame: NDArray[Any]) -> Output:
+        """Takes the next frame and returns what it shows; nothing is delayed.
+
+        frame : (H, W) grey, (H, W, 3) RGB or (H, W, 4) RGBA of uint8, uint16, float32, float64 or bool, any strides.
+            Integers are divided by their full scale, floats must be luminance in [0, 1], colour becomes
+            0.299 R + 0.587 G + 0.114 B. The array is read in place: leave it alone until this call returns.
+
+        Raises TypeError for another type of array, ValueError for another size, NaN, infinity or floats outside [0, 1],
+        RuntimeError when another thread is inside. The detector is unchanged after each of them.
+        """
+        response, direction, (x, y, score, angle, trace), shift = self._core.process(frame)
+        return Output(Detections(x=x, y=y, score=score, direction=angle, trace=trace), response, direction, shift)
+
+    def stage(self, name: str) -> NDArray[np.float32]:
+        """A copy of an inner stage of the last frame; zeros before the first. `apgstmd.STAGES` lists the names.
+
+        (H, W) for P, A, Pe, L, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, M; (4, H, W) for C, orientations k pi/4;
+        (8, H, W) for D, E, Ep (E after rejection), F, Q, directions k pi/4. ValueError for another name.
+        """
+        return self._core.stage(name)
+
+    def reset(self) -> None:
+        """Forgets everything seen: the next frame is a first frame."""
+        self._core.reset()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) of the frames it takes."""
+        return self._shape
+
+    @property
+    def params(self) -> dict[str, dict[str, Any]]:
+        """Every parameter, section by section: a copy, to be given as `params=` to another detector."""
+        return tomllib.loads(self._core.params)
+
+    def params_toml(self) -> str:
+        """The full parameter file with comments, for `params=` or the command line's `--params`."""
+        return self._core.params
+
+    @property
+    def threads(self) -> int:
+        """Number of threads it computes with."""
+        return self._core.threads
+
+    @property
+    def latency(self) -> int:
+        """Frames from the onset of a matched target to its complete response. Detections come earlier."""
+        return self._core.latency
+
+    @property
+    def lag(self) -> float:
+        """How far the response trails the target, px: what `localise="target"` adds along the direction."""
+        return self._core.lag
+
+    @property
+    def frames(self) -> int:
+        """Frames processed since construction or the last reset."""
+        return self._core.frames()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a detector cannot be copied or pickled: make another one with params=detector.params")
+
+    def __repr__(self) -> str:
+        params = self.params
+        height, width = self._shape
+        return (
+            f"Detector(({height}, {width}), v_opt={params['prediction']['v_opt']:g} px/frame, "
+            f"rejection={params['rejection']['mode']!r}, threads={self.threads})"
+        )
+
+
+def _check_size(size: tuple[int, int]) -> tuple[int, int]:
+    try:
+        height, width = map(operator.index, size)
+    except (TypeError, ValueError):
+        raise TypeError(f"size must be (height, width), two whole numbers, not {size!r}") from None
+    if min(height, width) < 0 or max(height, width) >= 1 << 31:
+        raise ValueError(f"size must be (height, width) in pixels, not {size!r}")
+    return height, width

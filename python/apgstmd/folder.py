@@ -1,0 +1,150 @@
+"""A whole folder of pictures at once: the command line's `run`, in this process."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Unpack
+
+import numpy as np
+
+from . import _core
+from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .results import RunDetections
+
+_OPTIONS = (
+    *("out", "start", "stop", "step", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("dump", "dump_frames", "dump_dir", "progress"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What a folder showed.
+
+    detections: all of them, with the columns frame and name. frames: how many were processed. out: the folder with the
+    results, None where none was asked for. summary: the content of run.json (parameters, timing, what was skipped).
+    """
+
+    detections: RunDetections
+    frames: int
+    out: Path | None
+    summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        where = "" if self.out is None else f", out={str(self.out)!r}"
+        return f"Run({self.frames} frames, {len(self.detections)} detections{where})"
+
+
+def run(
+    input: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    preset: Preset | None = None,
+    speed: float | None = None,
+    rejection: Rejection | None = None,
+    localise: Localise | None = None,
+    threshold: float | None = None,
+    params: ParamFile | None = None,
+    start: int | None = None,
+    stop: int | None = None,
+    step: int | None = None,
+    bit_depth: int | None = None,
+    on_error: Literal["stop", "skip"] = "stop",
+    threads: int | None = None,
+    force: bool = False,
+    overlay: bool = False,
+    formats: Sequence[Literal["csv", "jsonl"]] = ("csv",),
+    dump: Sequence[str] = (),
+    dump_frames: str | Iterable[int] | None = None,
+    dump_dir: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    **parameters: Unpack[Parameters],
+) -> Run:
+    """Detects targets in a folder or pattern of pictures, as `apgstmd run` does.
+
+    Parameters
+    ----------
+    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order.
+    out : folder for detections.csv, run.json and what else is asked for; without it nothing is kept on disk.
+    preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
+    start, stop, step : which pictures, counted from 0, `stop` not included.
+    bit_depth : significant bits of 16-bit samples, 9 to 16.
+    on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
+    threads : 1 to 256, all cores by default. The numbers do not depend on it.
+    force : replace results that `out` already holds.
+    overlay : write annotated pictures and a contact strip.
+    formats : tables to write besides detections.csv: "jsonl".
+    dump, dump_frames, dump_dir : stages to write as .npy, the frames ("60,120..130" or numbers), and where.
+    progress : show a progress bar on a terminal and a summary.
+
+    Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
+    cannot be read and folders that cannot be written. Ctrl-C ends it after the frame in work: the files in `out` are
+    complete up to there.
+
+        found = apgstmd.run("frames/", speed=2.0)
+        found.detections[found.detections.frame == 100].x
+    """
+    text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
+    path = os.fspath(input)
+    if not os.path.exists(path) and not any(mark in path for mark in "*?[%{"):
+        raise FileNotFoundError(f"there is no folder of pictures {path!r}")
+    if out is None and (overlay or (dump and dump_dir is None)):
+        raise ValueError("overlay and dump write files: name a folder for them with out=")
+    options: dict[str, object] = {
+        "start": whole("start", start, 0, 2**63 - 1),
+        "stop": whole("stop", stop, 0, 2**63 - 1),
+        "step": whole("step", step, 1, 2**63 - 1),
+        "bit-depth": whole("bit_depth", bit_depth, 1, 16),
+        "on-error": on_error,
+        "threads": whole("threads", threads, 1, 256),
+        "format": ",".join(dict.fromkeys(("csv", *formats))),
+        "dump": ",".join(dump) or None,
+        "dump-frames": _frames(dump_frames),
+        "dump-dir": None if dump_dir is None else os.fspath(dump_dir),
+    }
+    flags = [name for name, wanted in (("force", force), ("overlay", overlay), ("quiet", not progress)) if wanted]
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
+        if parameters or not (params is None or isinstance(params, os.PathLike)):
+            # The command line has no flag for each parameter, but it takes a file with all of them.
+            file = Path(scratch, "params.toml")
+            file.write_text(text, encoding="utf-8")
+            options |= {"params": str(file)}
+        else:
+            # Said as on the command line, so that run.json tells what was asked for.
+            options |= {"preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
+            options |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
+        results = Path(scratch, "out") if out is None else Path(out)
+        options["out"] = str(results)
+        given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", path])
+        summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
+        detections = _read_table(Path(results, "detections.csv"))
+    return Run(detections, summary["frames"], None if out is None else results, summary)
+
+
+def _frames(frames: str | Iterable[int] | None) -> str | None:
+    return frames if frames is None or isinstance(frames, str) else ",".join(map(str, frames))
+
+
+def _read_table(path: Path) -> RunDetections:
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+
+    def column(name: str, dtype: Any) -> Any:
+        return np.array([row[name] for row in rows], dtype=np.str_).astype(dtype)
+
+    return RunDetections(
+        frame=column("frame", np.int64),
+        name=column("name", np.str_),
+        x=column("x", np.float32),
+        y=column("y", np.float32),
+        score=column("score", np.float32),
+        direction=column("direction_rad", np.float32),
+        trace=column("trace", np.int64),
+    )

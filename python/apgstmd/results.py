@@ -1,0 +1,133 @@
+"""What a detector hands back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Self, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Detection(NamedTuple):
+    """One small moving target in one frame.
+
+    x, y are its column and row in px (row downward, pixel centres at integers); score is the facilitated response Q at
+    the peak; direction is in radians in (-pi, pi], counter-clockwise on the screen (0 = right, pi/2 = up); trace is the
+    number that links this target from frame to frame.
+    """
+
+    x: float
+    y: float
+    score: float
+    direction: float
+    trace: int
+
+
+class Detections:
+    """Detections as NumPy columns of one length, strongest first.
+
+    x, y, score, direction: float32; trace: int64; meanings and units as in `Detection`. `len(d)`, iteration and `d[i]`
+    give `Detection` rows; `d[slice]`, `d[mask]` and `d[indices]` give `Detections`.
+
+    >>> import apgstmd, numpy as np
+    >>> found = apgstmd.Detections(
+    ...     x=np.float32([10, 20]), y=np.float32([5, 6]), score=np.float32([3, 1]),
+    ...     direction=np.float32([0, 1.5]), trace=np.array([0, 1]))
+    >>> len(found), found[0].x, found[found.score < 2].trace
+    (2, 10.0, array([1]))
+    """
+
+    __slots__ = ("x", "y", "score", "direction", "trace")
+    names: ClassVar[tuple[str, ...]] = ("x", "y", "score", "direction", "trace")
+    row: ClassVar[Any] = Detection
+
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    score: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    trace: NDArray[np.int64]
+
+    def __init__(self, **columns: NDArray[Any]) -> None:
+        if set(columns) != set(self.names):
+            raise TypeError(f"{type(self).__name__}() takes the columns {', '.join(self.names)}")
+        if len({column.shape for column in columns.values()}) != 1 or columns["x"].ndim != 1:
+            raise ValueError("the columns must be one-dimensional and of one length")
+        for name, column in columns.items():
+            setattr(self, name, column)
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns by name, ready for a data frame or `numpy.savez`."""
+        return {name: getattr(self, name) for name in self.names}
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def __iter__(self) -> Iterator[Any]:
+        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
+        return map(self.row._make, rows)
+
+    @overload
+    def __getitem__(self, index: int | np.integer[Any]) -> Any: ...
+    @overload
+    def __getitem__(self, index: slice | NDArray[Any] | list[int] | list[bool]) -> Self: ...
+    def __getitem__(self, index: Any) -> Any:
+        picked = {name: column[index] for name, column in self.columns.items()}
+        if picked["x"].ndim == 0:
+            return self.row(*(value.item() for value in picked.values()))
+        return type(self)(**picked)
+
+    def __repr__(self) -> str:
+        lines = [f"{type(self).__name__}: {len(self)}"]
+        if len(self):
+            lines.append(" ".join(f"{name:>10}" for name in self.names))
+        for row in self[:10]:
+            lines.append(" ".join(f"{value:>10.4g}" if type(value) is float else f"{value:>10}" for value in row))
+        if len(self) > 10:
+            lines.append(f"... {len(self) - 10} more")
+        return "\n".join(lines)
+
+
+class RunDetection(NamedTuple):
+    """One target in one frame of a folder: `frame` is its number, `name` its file; the rest as in `Detection`."""
+
+    frame: int
+    name: str
+    x: float
+    y: float
+    score: float
+    direction: float
+    trace: int
+
+
+class RunDetections(Detections):
+    """As `Detections` over all frames of a folder, with the columns frame (int64) and name (str) before the others."""
+
+    __slots__ = ("frame", "name")
+    names = ("frame", "name", *Detections.names)
+    row = RunDetection
+
+    frame: NDArray[np.int64]
+    name: NDArray[np.str_]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What one frame showed.
+
+    detections: the confirmed targets. response: (H, W) float32, max over directions of the facilitated output Q,
+    comparable between frames. direction: (H, W) float32, angle of the vector sum of Q in radians, NaN where Q = 0.
+    background_shift: movement of the background since the last frame, (x, y) px, (0, 0) unless rejection is "motion".
+    """
+
+    detections: Detections
+    response: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    background_shift: tuple[float, float]
+
+    def __repr__(self) -> str:
+        height, width = self.response.shape
+        peak = self.response.max()
+        return f"Output({height} x {width}, {len(self.detections)} detections, strongest response {peak:.4g})"

@@ -1,0 +1,66 @@
+"""The package itself: installed, documented, quick to import."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import re
+import subprocess
+import sys
+from importlib import metadata, resources
+
+import pytest
+
+import apgstmd
+
+MODULES = [name for _, name, _ in pkgutil.iter_modules(apgstmd.__path__, "apgstmd.") if name != "apgstmd.__main__"]
+
+
+def test_the_installed_wheel_is_tested() -> None:
+    assert "site-packages" in apgstmd.__file__
+    assert metadata.version("apgstmd") == apgstmd.__version__
+    assert resources.files("apgstmd").joinpath("py.typed").is_file()
+    assert metadata.requires("apgstmd") == ["numpy>=1.26"]
+
+
+@pytest.mark.parametrize("name", ["apgstmd", *MODULES])
+def test_examples_in_the_documentation(name: str) -> None:
+    assert doctest.testmod(importlib.import_module(name)).failed == 0
+
+
+def test_there_are_examples() -> None:
+    finder = doctest.DocTestFinder()
+    assert sum(bool(test.examples) for name in MODULES for test in finder.find(importlib.import_module(name))) >= 4
+
+
+def test_everything_public_is_documented() -> None:
+    for name in apgstmd.__all__:
+        thing = getattr(apgstmd, name)
+        if inspect.isclass(thing) or callable(thing):
+            assert inspect.getdoc(thing), name
+        if inspect.isclass(thing):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    assert inspect.getdoc(value), f"{name}.{member}"
+
+
+def test_import_is_quick_and_brings_nothing_but_numpy() -> None:
+    script = """
+import sys, time, numpy
+before, start = set(sys.modules), time.perf_counter()
+import apgstmd
+print(time.perf_counter() - start, *sorted(m for m in set(sys.modules) - before if m.partition(".")[0] in
+      {"matplotlib", "pandas", "PIL", "cv2", "difflib", "subprocess", "asyncio"}))
+"""
+    runs = [
+        subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout.split()
+        for _ in range(5)
+    ]
+    assert min(float(run[0]) for run in runs) < 0.15
+    assert runs[0][1:] == []
+
+
+def test_the_version_is_a_version() -> None:
+    assert re.fullmatch(r"\d+\.\d+\.\d+", apgstmd.__version__)

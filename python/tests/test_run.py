@@ -1,0 +1,154 @@
+"""A folder of pictures at once."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import apgstmd
+from scenes import HEIGHT, WIDTH, textured_square, write_png
+
+FRAMES = list(textured_square(40))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("frames")
+    for t, frame in enumerate(FRAMES):
+        # 2 before 10: the natural order is not that of the names.
+        write_png(path / f"f{t}.png", frame)
+    return path
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"speed": 1.0},
+        {"speed": 1.0, "preset": "paper", "rejection": "off", "localise": "response"},
+        {"speed": 1.0, "attention_alpha": 0.5, "rejection": "off"},
+        {"params": {"rejection": {"mode": "off"}}, "speed": 1.0, "threshold": 1e-9, "threads": 1},
+    ],
+    ids=["practical", "paper", "keyword", "dict"],
+)
+def test_a_folder_is_a_loop_over_a_detector(folder: Path, options: dict[str, Any]) -> None:
+    found = apgstmd.run(folder, **options)
+    detector = apgstmd.Detector((HEIGHT, WIDTH), **options)
+    rows = [
+        apgstmd.RunDetection(t, f"f{t}.png", *row)
+        for t, frame in enumerate(FRAMES)
+        for row in detector.process(frame).detections
+    ]
+    assert list(found.detections) == rows
+    assert rows
+    assert found.frames == len(FRAMES)
+    assert found.out is None
+    assert found.summary["params"] == detector.params
+
+
+def test_results_are_kept_where_asked(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    found = apgstmd.run(folder, out=out, speed=1.0, formats=["jsonl"], dump=["P", "E"], dump_frames=[3, 5])
+    assert found.out == out
+    assert repr(found) == f"Run(40 frames, {len(found.detections)} detections, out={str(out)!r})"
+    assert json.loads((out / "run.json").read_text()) == found.summary
+    assert found.summary["speed"] == 1.0
+    assert len((out / "detections.jsonl").read_text().splitlines()) == len(found.detections)
+    detector = apgstmd.Detector((HEIGHT, WIDTH), speed=1.0)
+    for t, frame in enumerate(FRAMES[:6]):
+        detector.process(frame)
+        for stage in ("P", "E"):
+            file = out / "dump" / f"{stage}_{t:06}.npy"
+            assert file.exists() == (t in (3, 5))
+            if file.exists():
+                assert np.array_equal(np.load(file), detector.stage(stage))
+    with pytest.raises(RuntimeError, match="detections.csv is there already from an earlier run"):
+        apgstmd.run(folder, out=out)
+    assert apgstmd.run(folder, out=out, force=True, stop=3).frames == 3
+
+
+def test_part_of_a_folder(folder: Path) -> None:
+    found = apgstmd.run(folder, start=4, stop=20, step=3, rejection="off", speed=1.0)
+    assert found.frames == 6
+    assert set(found.detections.frame) <= set(range(4, 20, 3))
+    assert apgstmd.run(folder / "f1*.png").frames == 11
+
+
+def test_the_table(folder: Path) -> None:
+    found = apgstmd.run(str(folder), speed=1.0, rejection="off").detections
+    assert found.frame.dtype == np.int64 and found.trace.dtype == np.int64 and found.x.dtype == np.float32
+    assert list(found.columns) == ["frame", "name", "x", "y", "score", "direction", "trace"]
+    last = found[found.frame == 39]
+    assert last[0].name == "f39.png" and last[0].frame == 39
+    assert len(apgstmd.run(folder, stop=1).detections) == 0
+
+
+def test_nothing_is_printed(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    apgstmd.run(folder, stop=3)
+    with pytest.raises(RuntimeError):
+        apgstmd.run(folder / "*.jpg")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_wrong_input(tmp_path: Path, folder: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="absent"):
+        apgstmd.run(tmp_path / "absent")
+    with pytest.raises(RuntimeError, match="no pictures|holds no|no frames"):
+        apgstmd.run(tmp_path)
+    for t in range(3):
+        write_png(tmp_path / f"{t}.png", FRAMES[t])
+    (tmp_path / "1.png").write_bytes((tmp_path / "1.png").read_bytes()[:90])
+    with pytest.raises(RuntimeError, match="1.png"):
+        apgstmd.run(tmp_path)
+    assert apgstmd.run(tmp_path, on_error="skip").summary["skipped"][0]["name"] == "1.png"
+    write_png(tmp_path / "1.png", FRAMES[1][1:])
+    with pytest.raises(RuntimeError, match="1.png.*63 x 96"):
+        apgstmd.run(tmp_path)
+
+
+def test_wrong_options(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="no parameter 'spede': did you mean 'speed'"):
+        apgstmd.run(folder, spede=1.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="no parameter 'overlai': did you mean 'overlay'"):
+        apgstmd.run(folder, overlai=True)  # type: ignore[call-arg]
+    with pytest.raises(ValueError, match="retina.sigma is 99"):
+        apgstmd.run(folder, retina_sigma=99.0)
+    with pytest.raises(ValueError, match="name a folder for them with out="):
+        apgstmd.run(folder, overlay=True)
+    with pytest.raises(ValueError, match="start is -1, but it must lie between 0"):
+        apgstmd.run(folder, start=-1)
+    with pytest.raises(ValueError, match="no stage `X`"):
+        apgstmd.run(folder, out=tmp_path / "out", dump=["X"])
+    with pytest.raises(ValueError, match="on-error"):
+        apgstmd.run(folder, on_error="panic")  # type: ignore[arg-type]
+
+
+def test_ctrl_c_ends_a_run_between_frames(folder: Path, tmp_path: Path) -> None:
+    long = tmp_path / "long"
+    long.mkdir()
+    for t in range(3000):
+        (long / f"{t}.png").hardlink_to(folder / "f0.png")
+    script = f"""
+import apgstmd
+try:
+    apgstmd.run({str(long)!r}, out={str(tmp_path / "out")!r}, threads=1, dump=["P"])
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    print(apgstmd.run({str(long)!r}, stop=5, threads=1).frames)  # and the next run is a fresh one
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60
+        while not (tmp_path / "out" / "dump" / "P_000002.npy").exists():
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=60)[0].split() == ["interrupted", "5"]
+    summary = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert summary["interrupted"] and 2 < summary["frames"] < 3000

@@ -1,0 +1,100 @@
+//! After construction a frame allocates nothing: counted, not promised.
+//!
+//! One test only, since the counter sees the whole process.
+#![allow(unsafe_code)] // An allocator cannot be written without.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use apgstmd_core::params::{RejectionMode, Support};
+use apgstmd_core::{Detector, Params, Preset, Size, Stage};
+use apgstmd_tests::stimulus::Scene;
+use ndarray::Array2;
+
+struct Counting;
+
+static COUNTING: AtomicBool = AtomicBool::new(false);
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+fn count() {
+    if COUNTING.load(Ordering::SeqCst) {
+        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
+    }
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations on any thread while `action` runs.
+fn allocations(action: impl FnOnce()) -> usize {
+    ALLOCATIONS.store(0, Ordering::SeqCst);
+    COUNTING.store(true, Ordering::SeqCst);
+    action();
+    COUNTING.store(false, Ordering::SeqCst);
+    ALLOCATIONS.load(Ordering::SeqCst)
+}
+
+fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
+    let scene = Scene::lively(Size::new(40, 60), 1.0, 8);
+    // Forwards and backwards: the targets never leave.
+    let frames: Vec<Array2<u8>> = (0..50).map(|t| scene.frame(t)).collect();
+    let there_and_back = |t: usize| &frames[if t / 50 % 2 == 0 { t % 50 } else { 49 - t % 50 }];
+    let mut detector = Detector::with_threads(scene.size, params, threads).expect("valid parameters");
+    let mut response = detector.make_response();
+    let (mut attended, mut found) = (0, 0);
+    for t in 0..300 {
+        let count =
+            allocations(|| detector.process_into(there_and_back(t).view(), &mut response).expect("a valid frame"));
+        assert_eq!(count, 0, "{name}, {threads} threads: allocations in frame {t}");
+        found += response.detections.len();
+        // A copy of a stage allocates: looked at now and then, outside the count.
+        if t % 10 == 9 {
+            attended += usize::from(detector.probe().stage(Stage::A).iter().any(|a| *a != 0.0));
+        }
+    }
+    assert!(attended >= 20 && found >= 100, "{name}: attention {attended} times of 30, {found} detections");
+    let again = allocations(|| {
+        detector.reset();
+        detector.process_into(frames[0].view(), &mut response).expect("a valid frame");
+    });
+    assert_eq!(again, 0, "{name}: reset");
+}
+
+#[test]
+fn a_frame_allocates_nothing() {
+    assert!(allocations(|| drop(std::hint::black_box(Box::new(1)))) == 1, "the counter must count");
+    for threads in [1, 2] {
+        let practical = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
+        none_in_300_frames("practical", &practical, threads);
+        let mut masked = Params::default().for_speed(1.0).expect("a valid speed");
+        masked.attention.support = Support::Masked;
+        masked.rejection.mode = RejectionMode::Off;
+        none_in_300_frames("masked", &masked, threads);
+        let mut contrast = Params::default().for_speed(1.0).expect("a valid speed");
+        contrast.rejection.contrast_deviation = 0.01;
+        none_in_300_frames("contrast", &contrast, threads);
+    }
+}

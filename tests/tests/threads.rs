@@ -1,0 +1,63 @@
+//! The same bits for any number of threads, in every stage and every output.
+
+use apgstmd_core::params::{RejectionMode, Support, TemporalEngine};
+use apgstmd_core::{Detector, Params, Preset, Size, Stage};
+use apgstmd_tests::stimulus::Scene;
+
+fn identical(params: &Params, size: Size, frames: usize) {
+    let scene = Scene::lively(size, 1.0, 4);
+    let mut detectors: Vec<Detector> =
+        [1, 2, 5].map(|threads| Detector::with_threads(size, params, threads).expect("valid parameters")).into();
+    assert_eq!(detectors.iter().map(Detector::threads).collect::<Vec<_>>(), [1, 2, 5]);
+    let (mut found, mut attended) = (0, false);
+    for t in 0..frames {
+        let frame = scene.frame(t);
+        let responses: Vec<_> = detectors.iter_mut().map(|d| d.process(frame.view()).expect("a valid frame")).collect();
+        for (detector, response) in detectors.iter().zip(&responses).skip(1) {
+            let threads = detector.threads();
+            for &stage in Stage::ALL {
+                let [a, b] = [&detectors[0], detector].map(|d| d.probe().stage(stage).mapv(f32::to_bits));
+                assert!(a == b, "{size}, frame {t}, stage {stage}: {threads} threads differ from 1");
+            }
+            let bits = |map: &ndarray::Array2<f32>| map.mapv(f32::to_bits);
+            assert!(bits(&responses[0].map) == bits(&response.map), "frame {t}: map, {threads} threads");
+            assert!(bits(&responses[0].direction) == bits(&response.direction), "frame {t}: direction");
+            assert_eq!(responses[0].detections, response.detections, "frame {t}, {threads} threads");
+            assert_eq!(responses[0].background_shift, response.background_shift, "frame {t}, {threads} threads");
+        }
+        found += responses[0].detections.len();
+        attended |= detectors[0].probe().stage(Stage::A).iter().any(|a| *a != 0.0);
+    }
+    assert!(found > 0 && attended, "nothing happened: {found} detections, attention {attended}");
+}
+
+#[test]
+fn practical() {
+    identical(&Params::preset(Preset::Practical).for_speed(1.0).unwrap(), Size::new(61, 83), 40);
+}
+
+/// Fewer rows than some bands would like, and a width that no vector divides.
+#[test]
+fn smallest() {
+    let mut params = Params::default().for_speed(2.0).unwrap();
+    params.rejection.mode = RejectionMode::Off;
+    identical(&params, Size::new(16, 19), 16);
+}
+
+#[test]
+fn masked_fir_contrast() {
+    let mut params = Params::default().for_speed(1.0).unwrap();
+    params.attention.support = Support::Masked;
+    params.engine.temporal = TemporalEngine::Fir;
+    params.rejection.contrast_deviation = 0.01;
+    params.lobula.offset = 1e-3;
+    identical(&params, Size::new(97, 40), 40);
+}
+
+/// Large enough for every loop to be divided.
+#[test]
+fn larger() {
+    let mut params = Params::default().for_speed(4.0).unwrap();
+    params.rejection.mode = RejectionMode::Off;
+    identical(&params, Size::new(203, 317), 8);
+}

@@ -1,0 +1,36 @@
+#!/bin/sh
+# Makes .venv with what the tests need, or does nothing where it is there already and up to date.
+set -eu
+cd "$(dirname "$0")/.."
+wanted=tools/requirements-test.txt
+installed=.venv/requirements.txt
+
+if cmp -s "$wanted" "$installed" && .venv/bin/python -c 'import maturin, mypy, numpy, pytest' 2>/dev/null; then
+    exit 0
+fi
+
+# The newest name first would pick pre-releases; the plain name is what the user set up.
+for python in ${PYTHON:-python3 python3.11 python3.12 python3.13 python3.14}; do
+    "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && break
+    python=
+done
+if [ -z "$python" ]; then
+    echo "error: no Python 3.11 or newer found: install one, or name it: make test PYTHON=/path/to/python3" >&2
+    exit 1
+fi
+
+# Debian and Ubuntu ship Python without these two modules.
+if ! "$python" -c 'import venv, ensurepip' 2>/dev/null; then
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        echo "installing python3-venv"
+        apt-get update -qq && apt-get install -y -qq python3-venv >/dev/null
+    else
+        echo "error: this Python cannot make virtual environments: on Debian or Ubuntu, sudo apt-get install python3-venv" >&2
+        exit 1
+    fi
+fi
+
+echo "making .venv with $("$python" --version)"
+"$python" -m venv --clear .venv
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement "$wanted"
+cp "$wanted" "$installed"
