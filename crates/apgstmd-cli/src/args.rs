@@ -165,10 +165,10 @@ pub struct RunArgs {
     pub dump_dir: Option<PathBuf>,
 
     /// Threads [default: one per core]; the numbers found do not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = "Running")]
     pub threads: Option<usize>,
     /// Print nothing but errors
-    #[arg(short, long)]
+    #[arg(short, long, help_heading = "Running")]
     pub quiet: bool,
 }
 
