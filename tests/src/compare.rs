@@ -103,13 +103,14 @@ pub fn difference(truth: &[Map], given: &[Map], tolerance: f64) -> Difference {
         assert_eq!(truth.dim(), given.dim());
         for ((y, x), truth) in truth.indexed_iter() {
             let off = (truth - given[[y, x]]).abs();
-            result.pixels += 1;
             // A NaN is beyond every tolerance.
-            if !(off <= tolerance) {
+            let off = if off.is_nan() { f64::INFINITY } else { off };
+            result.pixels += 1;
+            if off > tolerance {
                 result.beyond += 1;
             }
             let off = if tolerance > 0.0 { off / tolerance } else { off };
-            if !(off <= result.worst) {
+            if off > result.worst {
                 (result.worst, result.at) = (off, (k, y, x));
             }
         }

@@ -61,7 +61,7 @@ fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
     let scene = Scene::lively(Size::new(40, 60), 1.0, 8);
     // Forwards and backwards: the targets never leave.
     let frames: Vec<Array2<u8>> = (0..50).map(|t| scene.frame(t)).collect();
-    let there_and_back = |t: usize| &frames[if t / 50 % 2 == 0 { t % 50 } else { 49 - t % 50 }];
+    let there_and_back = |t: usize| &frames[if (t / 50).is_multiple_of(2) { t % 50 } else { 49 - t % 50 }];
     let mut detector = Detector::with_threads(scene.size, params, threads).expect("valid parameters");
     let mut response = detector.make_response();
     let (mut attended, mut found) = (0, 0);

@@ -130,7 +130,7 @@ prop_compose! {
 /// The same cases every time, so that a failure is the change's and not the day's. PROPTEST_CASES asks for more.
 #[test]
 fn any_size_any_parameters() {
-    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(40);
+    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(32);
     let config = Config { cases, failure_persistence: None, max_shrink_time: 60_000, ..Config::default() };
     let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let (attended, detecting) = (Cell::new(0), Cell::new(0));

@@ -1,6 +1,6 @@
 //! Images as float64 arrays, and convolution as the two loops it is.
 
-use ndarray::{Array2, s};
+use ndarray::Array2;
 
 /// One value a pixel: (rows, columns).
 pub type Map = Array2<f64>;
@@ -17,7 +17,14 @@ pub fn convolve_replicate(map: &Map, kernel: &Map) -> Map {
     for ((ky, kx), &weight) in kernel.indexed_iter() {
         // x - d = x - (k - r), and the padding moves it by another r.
         let (top, left) = (2 * ry - ky, 2 * rx - kx);
-        out.scaled_add(weight, &padded.slice(s![top..top + height, left..left + width]));
+        for (y, mut row) in out.rows_mut().into_iter().enumerate() {
+            let source = padded.row(top + y);
+            add(
+                weight,
+                &source.as_slice().expect("rows are contiguous")[left..],
+                row.as_slice_mut().expect("likewise"),
+            );
+        }
     }
     out
 }
@@ -26,18 +33,27 @@ pub fn convolve_replicate(map: &Map, kernel: &Map) -> Map {
 pub fn convolve_zero(map: &Map, kernel: &Map) -> Map {
     let (height, width) = map.dim();
     let (ry, rx) = (kernel.nrows() / 2, kernel.ncols() / 2);
+    let side = 2 * rx + 1;
     let mut out = Map::zeros((height, width));
+    let (pixels, taps) = (out.as_slice_mut().expect("fresh"), kernel.as_slice().expect("kernels are contiguous"));
     for ((y, x), &value) in map.indexed_iter() {
         if value == 0.0 {
             continue;
         }
-        let (left, right) = (rx.saturating_sub(x), (width + rx - x).min(2 * rx + 1));
+        let (left, right) = (rx.saturating_sub(x), (width + rx - x).min(side));
         for ky in ry.saturating_sub(y)..(height + ry - y).min(2 * ry + 1) {
-            let mut target = out.slice_mut(s![y + ky - ry, x + left - rx..x + right - rx]);
-            target.scaled_add(value, &kernel.slice(s![ky, left..right]));
+            let target = (y + ky - ry) * width + x + left - rx;
+            add(value, &taps[ky * side + left..ky * side + right], &mut pixels[target..]);
         }
     }
     out
+}
+
+/// to += weight from, as far as both go.
+fn add(weight: f64, from: &[f64], to: &mut [f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += weight * from;
+    }
 }
 
 /// The replicate convolution at one pixel.
