@@ -7,6 +7,7 @@ use crate::model::ApgStmd;
 use crate::params::Params;
 use crate::probe::Probe;
 use crate::row::workers::Workers;
+use crate::timing::Timing;
 
 /// Fewest rows and columns of a frame.
 pub const LEAST_SIDE: usize = 16;
@@ -94,7 +95,8 @@ impl Detector {
         self.model.latency()
     }
 
-    /// How far behind the target the response peaks, px: what `localise = target` adds along the direction.
+    /// How far detections are moved forward along their direction, px: with `localise = target` the distance by which
+    /// the response peaks behind the target, else 0.
     pub fn lag(&self) -> f32 {
         self.model.lag()
     }
@@ -109,12 +111,34 @@ impl Detector {
     /// # Errors
     /// A frame of another size, samples out of range. The detector's state is then as before the call.
     pub fn process_into<'a>(&mut self, frame: impl Into<Frame<'a>>, response: &mut Response) -> Result<(), FrameError> {
+        self.advance(frame.into(), response, None)
+    }
+
+    /// As [`Detector::process_into`], adding up the time that each stage takes.
+    ///
+    /// # Errors
+    /// As `process_into`.
+    pub fn process_timed<'a>(
+        &mut self,
+        frame: impl Into<Frame<'a>>,
+        response: &mut Response,
+        timing: &mut Timing,
+    ) -> Result<(), FrameError> {
+        self.advance(frame.into(), response, Some(timing))
+    }
+
+    fn advance(
+        &mut self,
+        frame: Frame<'_>,
+        response: &mut Response,
+        timing: Option<&mut Timing>,
+    ) -> Result<(), FrameError> {
         if response.size() != self.size() || response.direction.dim() != response.map.dim() {
             return Err(FrameError::Output { given: response.size(), expected: self.size() });
         }
-        self.model.take(frame.into())?;
+        self.model.take(frame)?;
         let model = &mut self.model;
-        self.workers.run(move |bands| model.step(bands, response));
+        self.workers.run(move |bands| model.step(bands, response, timing));
         Ok(())
     }
 

@@ -20,6 +20,7 @@ use crate::stage::memorizer::Memorizer;
 use crate::stage::prediction::Prediction;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct ApgStmd {
     params: Params,
@@ -43,7 +44,8 @@ pub(crate) struct ApgStmd {
 impl ApgStmd {
     /// `params` are valid and `size` is large enough.
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
-        Self { lag: super::lag::measure(params), ..Self::without_lag(size, params, threads) }
+        let lag = if params.detection.localise == Localise::Target { super::lag::measure(params) } else { 0.0 };
+        Self { lag, ..Self::without_lag(size, params, threads) }
     }
 
     pub(super) fn without_lag(size: Size, params: &Params, threads: usize) -> Self {
@@ -74,23 +76,32 @@ impl ApgStmd {
     }
 
     /// One time step.
-    pub fn step(&mut self, bands: &Bands, response: &mut Response) {
+    pub fn step(&mut self, bands: &Bands, response: &mut Response, timing: Option<&mut Timing>) {
         let Self { p, l, retina, attention, lamina, medulla, lobula, rejection, prediction, memorizer, .. } = self;
+        let mut clock = Clock::start(timing);
         memorizer.advance();
         let predicted = (self.frames >= memorizer.horizon() as u64).then(|| memorizer.ago(memorizer.horizon()));
 
         retina.process(bands, &self.luminance, p);
+        clock.lap(Part::Retina);
         attention.process(bands, p, predicted);
+        clock.lap(Part::Attention);
         lamina.process(bands, &attention.pe, l);
+        clock.lap(Part::Lamina);
         medulla.process(bands, l);
+        clock.lap(Part::Medulla);
         lobula.process(bands, l, medulla);
+        clock.lap(Part::Lobula);
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
+        clock.lap(Part::Rejection);
         prediction.process(bands, kept, memorizer);
-        self.facilitation.process(bands, kept, memorizer, response);
-
+        clock.lap(Part::Prediction);
+        self.facilitation.process(bands, kept, &prediction.fresh, memorizer, response);
+        clock.count_tiles(prediction.tiles());
         self.frames += 1;
         self.detect(response);
+        clock.lap(Part::Facilitation);
     }
 
     /// Detections: the confirmed peaks, strongest facilitated response first.
@@ -162,7 +173,7 @@ impl ApgStmd {
                 }
                 maps
             }
-            Stage::Q => self.facilitation.map(kept(), &self.memorizer),
+            Stage::Q => self.facilitation.map(kept(), &self.prediction.fresh, &self.memorizer),
         }
     }
 
