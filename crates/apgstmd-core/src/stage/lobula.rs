@@ -16,7 +16,7 @@ use crate::frame::Size;
 use crate::params::LobulaParams;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
-use crate::row::convolve::{Core, Lateral, horizontal, inhibit};
+use crate::row::convolve::{Lateral, horizontal, inhibit};
 use crate::row::mix::{correlate, inhibit_directions};
 use crate::stage::medulla::Medulla;
 
@@ -69,10 +69,12 @@ impl Lobula {
                 across: (0..=radius)
                     .map(|d| [(b * center_weight * center[d]) as f32, (-b * surround_weight * surround[d]) as f32])
                     .collect(),
-                core: Core {
-                    radius: reach,
-                    quadrant: (0..=reach).map(|dy| (0..=reach).map(|dx| core(dy, dx)).collect()).collect(),
-                },
+                reach,
+                core: (0..=2 * reach)
+                    .flat_map(|row| (0..=2 * reach).map(move |column| (row, column)))
+                    .map(|(row, column)| (row, column, core(row.abs_diff(reach), column.abs_diff(reach))))
+                    .filter(|(_, _, tap)| *tap != 0.0)
+                    .collect(),
             },
             between,
             floor: params.response_floor as f32,
@@ -134,7 +136,7 @@ impl Lobula {
                         }
                         for y in 0..range.len() {
                             let smooth = [center.below(y), surround.below(y)];
-                            let dense = d.below(y + radius - lateral.core.radius);
+                            let dense = d.below(y + radius - lateral.reach);
                             let strides = [center.stride, d.stride];
                             inhibit(level, smooth, dense, strides, lateral, &mut s.row_mut(y)[..width]);
                         }
