@@ -2,10 +2,11 @@
 
 use ndarray::Array2;
 
-use super::ApgStmd;
+use super::wire;
 use crate::detection::Response;
-use crate::frame::Size;
-use crate::params::{Localise, Params, RejectionMode};
+use crate::frame::{Frame, Size};
+use crate::params::{Model, Params, RejectionMode};
+use crate::plane::Plane;
 use crate::row::bands::Bands;
 
 const SIDE: f64 = 5.0;
@@ -15,24 +16,24 @@ const CLEAR: f64 = 24.0;
 const MEASURED: f64 = 4.0;
 
 /// Mean distance from the centre of a black 5 x 5 target on white, moving at v_opt to the right, back to the peak of its
-/// response, px; 0 where the parameters give no response.
-pub(super) fn measure(params: &Params) -> f32 {
+/// response, px; 0 where the parameters give no response, and without directions, along which to go back.
+pub(crate) fn measure(params: &Params) -> f32 {
+    if !params.model.is_directional() {
+        return 0.0;
+    }
     let mut params = params.clone();
     params.rejection.mode = RejectionMode::Off;
     params.attention.enabled = false;
     params.prediction.enabled = false;
     params.detection.threshold = 0.0;
     params.detection.max_peaks = 1;
-    params.detection.localise = Localise::Response;
     let speed = params.prediction.v_opt;
-    let medulla = &params.medulla;
-    let slowest =
-        [medulla.mi1_tau, medulla.tm1_4_tau, medulla.tm1_5_tau, params.lamina.slow_tau].into_iter().fold(0.0, f64::max);
+    let slowest = slowest(&params);
     // The gamma filters have settled to a few thousandths after three time constants.
     let settle = (3.0 * slowest).ceil().min(4000.0);
     let frames = settle + (MEASURED / speed).ceil().max(4.0);
     let size = Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize);
-    let mut model = ApgStmd::without_lag(size, &params, 1);
+    let (mut model, mut luminance) = (wire(size, &params, 1), Plane::new(size));
     let (bands, mut response) = (Bands::new(1), Response::new(size, 1));
     let (mut sum, mut count) = (0.0, 0.0);
     for t in 0..frames as usize {
@@ -40,14 +41,33 @@ pub(super) fn measure(params: &Params) -> f32 {
         let frame = Array2::from_shape_fn((size.height, size.width), |(y, x)| {
             1.0 - (covered(x as f64, center) * covered(y as f64, CLEAR)) as f32
         });
-        model.take(frame.view().into()).expect("the frame has the size of the model and luminance in [0, 1]");
-        model.step(&bands, &mut response);
+        let frame = Frame::from(frame.view());
+        frame.write_luminance(&mut luminance).expect("the frame has the size of the model and luminance in [0, 1]");
+        model.step(&bands, &luminance, &mut response);
         if let (Some(peak), true) = (response.detections.first(), t as f64 >= settle) {
             sum += center - f64::from(peak.x);
             count += 1.0;
         }
     }
     if count == 0.0 { 0.0 } else { (sum / count) as f32 }
+}
+
+/// Largest time constant that the response depends on, frames.
+fn slowest(params: &Params) -> f64 {
+    let Params { lamina, lamina_inhibition, medulla, .. } = params;
+    let before = match params.model {
+        Model::ApgStmd | Model::StmdPlus => lamina.slow_tau,
+        Model::Dstmd | Model::Cascaded | Model::Estmd => {
+            lamina.slow_tau + lamina_inhibition.excitation_tau.max(lamina_inhibition.inhibition_tau)
+        }
+    };
+    let after = match params.model {
+        Model::ApgStmd | Model::StmdPlus | Model::Dstmd => {
+            medulla.mi1_tau.max(medulla.tm1_4_tau).max(medulla.tm1_5_tau)
+        }
+        Model::Cascaded | Model::Estmd => params.estmd.off_tau + params.emd.tau,
+    };
+    before.max(after)
 }
 
 /// Share of the pixel at `x` that the target around `center` covers.

@@ -86,11 +86,13 @@ fn vertical_in<S: Simd, const K: usize>(simd: S, src: [&[f32]; K], stride: usize
     }
 }
 
+/// One vector of `vertical`.
+///
 /// # Safety
 /// As asserted by `vertical_in` for this `x`.
 #[inline(always)]
 #[allow(unsafe_code)]
-unsafe fn vertical_sum<S: Simd, const K: usize>(
+pub(super) unsafe fn vertical_sum<S: Simd, const K: usize>(
     simd: S,
     src: [&[f32]; K],
     stride: usize,
@@ -162,29 +164,48 @@ fn inhibit_in<S: Simd>(
     for x in (0..out.len()).step_by(S::f32s::LEN) {
         // SAFETY: x + LEN <= out.len(), and the assertions keep the farthest load of each source inside its slice.
         unsafe {
-            let mut sum = vertical_sum(simd, smooth, stride, taps, x);
-            for (dy, row) in core.quadrant.iter().enumerate() {
-                for (dx, &tap) in row.iter().enumerate() {
-                    if tap == 0.0 {
-                        continue;
-                    }
-                    let at = |dy: isize, dx: isize| {
-                        let row = (reach as isize + dy) as usize * dense_stride;
-                        load(simd, dense, row + (x + radius).wrapping_add_signed(dx))
-                    };
-                    let (v, h) = (dy as isize, dx as isize);
-                    let value = match (dy, dx) {
-                        (0, 0) => at(0, 0),
-                        (0, _) => at(0, -h) + at(0, h),
-                        (_, 0) => at(-v, 0) + at(v, 0),
-                        _ => (at(-v, -h) + at(-v, h)) + (at(v, -h) + at(v, h)),
-                    };
-                    sum = value.mul_add(S::f32s::splat(simd, tap), sum);
-                }
-            }
+            let sum = vertical_sum(simd, smooth, stride, taps, x);
+            let sum = core_sum(simd, dense, dense_stride, core, x + radius, sum);
             store::<S>(sum.max(zero), out, x);
         }
     }
+}
+
+/// `sum` and one vector of a core around `dense[x]`, which starts the core's radius above.
+///
+/// # Safety
+/// `x >= core.radius` and `2 core.radius stride + x + core.radius + S::f32s::LEN <= dense.len()`.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(super) unsafe fn core_sum<S: Simd>(
+    simd: S,
+    dense: &[f32],
+    stride: usize,
+    core: &Core,
+    x: usize,
+    mut sum: S::f32s,
+) -> S::f32s {
+    for (dy, row) in core.quadrant.iter().enumerate() {
+        for (dx, &tap) in row.iter().enumerate() {
+            if tap == 0.0 {
+                continue;
+            }
+            let at = |dy: isize, dx: isize| {
+                let row = (core.radius as isize + dy) as usize * stride;
+                // SAFETY: |dy| and |dx| are at most the core's radius, and the caller keeps that inside the slice.
+                unsafe { load(simd, dense, row + x.wrapping_add_signed(dx)) }
+            };
+            let (v, h) = (dy as isize, dx as isize);
+            let value = match (dy, dx) {
+                (0, 0) => at(0, 0),
+                (0, _) => at(0, -h) + at(0, h),
+                (_, 0) => at(-v, 0) + at(v, 0),
+                _ => (at(-v, -h) + at(-v, h)) + (at(v, -h) + at(v, h)),
+            };
+            sum = value.mul_add(S::f32s::splat(simd, tap), sum);
+        }
+    }
+    sum
 }
 
 /// Three moments along one row: even kernels g0, g2 and the odd kernel g1 (`taps[|d|] = [g0, g1, g2]`).
