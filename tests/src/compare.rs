@@ -228,7 +228,10 @@ impl Pair {
         let tolerance = RELATIVE * peak(std::slice::from_ref(y));
         for (at, &given) in self.response.map.indexed_iter() {
             let given = f64::from(given);
-            if given != y[at] && given != 0.0 || given == 0.0 && kept[at] > tolerance || given > tolerance && kept[at] == 0.0 {
+            if given != y[at] && given != 0.0
+                || given == 0.0 && kept[at] > tolerance
+                || given > tolerance && kept[at] == 0.0
+            {
                 return Err(format!("response at {at:?} is {given:e}, Y {:e}, E' {:e}", y[at], kept[at]));
             }
         }

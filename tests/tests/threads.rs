@@ -16,7 +16,8 @@ fn identical(params: &Params, size: Size, frames: usize) {
         for (detector, response) in detectors.iter().zip(&responses).skip(1) {
             let threads = detector.threads();
             for &stage in params.model.stages() {
-                let [a, b] = [&detectors[0], detector].map(|d| d.probe().stage(stage).expect("its own").mapv(f32::to_bits));
+                let [a, b] =
+                    [&detectors[0], detector].map(|d| d.probe().stage(stage).expect("its own").mapv(f32::to_bits));
                 assert!(a == b, "{size}, frame {t}, stage {stage}: {threads} threads differ from 1");
             }
             let bits = |map: &ndarray::Array2<f32>| map.mapv(f32::to_bits);

@@ -4,10 +4,11 @@ use crate::detection::Response;
 use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
 use crate::model::{Wiring, lag, latency, wire};
-use crate::params::{Localise, Params};
+use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Probe;
 use crate::row::workers::Workers;
+use crate::timing::Timing;
 
 /// Fewest rows and columns of a frame.
 pub const LEAST_SIDE: usize = 16;
@@ -107,7 +108,8 @@ impl Detector {
         latency(&self.params)
     }
 
-    /// How far behind the target the response peaks, px: what `localise = target` adds along the direction.
+    /// How far detections are moved forward along their direction, px: with `localise = target` the distance by which
+    /// the response peaks behind the target, else 0.
     pub fn lag(&self) -> f32 {
         self.lag
     }
@@ -122,17 +124,37 @@ impl Detector {
     /// # Errors
     /// A frame of another size, samples out of range. The detector's state is then as before the call.
     pub fn process_into<'a>(&mut self, frame: impl Into<Frame<'a>>, response: &mut Response) -> Result<(), FrameError> {
+        self.advance(frame.into(), response, None)
+    }
+
+    /// As [`Detector::process_into`], adding up the time that each stage takes.
+    ///
+    /// # Errors
+    /// As `process_into`.
+    pub fn process_timed<'a>(
+        &mut self,
+        frame: impl Into<Frame<'a>>,
+        response: &mut Response,
+        timing: &mut Timing,
+    ) -> Result<(), FrameError> {
+        self.advance(frame.into(), response, Some(timing))
+    }
+
+    fn advance(
+        &mut self,
+        frame: Frame<'_>,
+        response: &mut Response,
+        timing: Option<&mut Timing>,
+    ) -> Result<(), FrameError> {
         if response.size() != self.size() || response.direction.dim() != response.map.dim() {
             return Err(FrameError::Output { given: response.size(), expected: self.size() });
         }
-        frame.into().write_luminance(&mut self.luminance)?;
+        frame.write_luminance(&mut self.luminance)?;
         let Self { model, luminance, .. } = self;
         let output = &mut *response;
-        self.workers.run(move |bands| model.step(bands, luminance, output));
+        self.workers.run(move |bands| model.step(bands, luminance, output, timing));
         self.frames += 1;
-        if self.params.detection.localise == Localise::Target {
-            response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
-        }
+        response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
         Ok(())
     }
 

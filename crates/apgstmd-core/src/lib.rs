@@ -29,6 +29,7 @@ mod row;
 mod stage;
 pub mod stimulus;
 mod tiles;
+mod timing;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
@@ -36,6 +37,7 @@ pub use error::{FrameError, ParamError};
 pub use frame::{Frame, Samples, Size};
 pub use params::{Model, Params, Preset, UnknownModel};
 pub use probe::{MissingStage, Probe, Stage, UnknownStage};
+pub use timing::Timing;
 
 /// Preferred directions of the lobula: k pi / 4, counter-clockwise on the screen.
 pub const DIRECTIONS: usize = 8;

@@ -40,7 +40,8 @@ pub struct Rival {
 /// h = G(center) - G(surround), 2-D, cut off at `radius`.
 pub fn lamina_kernel(params: &Params) -> Map {
     let inhibition = &params.lamina_inhibition;
-    let gauss = |x: f64, y: f64, s: f64| (-(x * x + y * y) / (2.0 * s * s)).exp() / (2.0 * std::f64::consts::PI * s * s);
+    let gauss =
+        |x: f64, y: f64, s: f64| (-(x * x + y * y) / (2.0 * s * s)).exp() / (2.0 * std::f64::consts::PI * s * s);
     kernel_from(inhibition.radius as usize, |x, y| {
         gauss(x, y, inhibition.center_sigma) - gauss(x, y, inhibition.surround_sigma)
     })
@@ -150,7 +151,8 @@ impl Rival {
         let [tm1_4, tm1_5] = [1, 2].map(|delay| gamma::filter(&self.tm2, &self.medulla[delay]));
         let d = correlation(&tm3, &mi1, &tm1_4, &tm1_5, &self.params);
         let e = inhibition(&d, &self.lateral_kernel, &self.params);
-        let signals = [(Stage::Tm3, tm3), (Stage::Tm2, tm2), (Stage::Mi1, mi1), (Stage::Tm1_4, tm1_4), (Stage::Tm1_5, tm1_5)];
+        let signals =
+            [(Stage::Tm3, tm3), (Stage::Tm2, tm2), (Stage::Mi1, mi1), (Stage::Tm1_4, tm1_4), (Stage::Tm1_5, tm1_5)];
         stages.extend(signals.map(|(stage, map)| (stage, vec![map])));
         stages.extend([(Stage::D, d), (Stage::E, e.clone())]);
         e

@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use super::kernel::gaussian_half;
-use crate::row::convolve::{Core, Lateral};
+use crate::row::convolve::Lateral;
 
 /// 2-D Gaussians with the factor 1 / (2 pi sigma^2).
 pub(crate) struct Opponent {
@@ -36,7 +36,11 @@ impl Opponent {
         let across = (0..=radius)
             .map(|d| [(smooth * center_weight * center[d]) as f32, (-smooth * surround_weight * surround[d]) as f32])
             .collect();
-        let quadrant = (0..=reach).map(|dy| (0..=reach).map(|dx| at(dy, dx)).collect()).collect();
-        (along, Lateral { across, core: Core { radius: reach, quadrant } })
+        let core = (0..=2 * reach)
+            .flat_map(|row| (0..=2 * reach).map(move |column| (row, column)))
+            .map(|(row, column)| (row, column, at(row.abs_diff(reach), column.abs_diff(reach))))
+            .filter(|(_, _, tap)| *tap != 0.0)
+            .collect();
+        (along, Lateral { across, reach, core })
     }
 }

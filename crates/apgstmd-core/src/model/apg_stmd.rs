@@ -21,6 +21,7 @@ use crate::stage::prediction::Prediction;
 use crate::stage::readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct ApgStmd {
     frames: u64,
@@ -59,22 +60,32 @@ impl ApgStmd {
 }
 
 impl Wiring for ApgStmd {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response) {
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
         let Self { p, l, retina, attention, lamina, medulla, lobula, rejection, .. } = self;
         let Self { prediction, facilitation, memorizer, .. } = self;
+        let mut clock = Clock::start(timing);
         memorizer.advance();
         let predicted = (self.frames >= memorizer.horizon() as u64).then(|| memorizer.ago(memorizer.horizon()));
 
         retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
         attention.process(bands, p, predicted);
+        clock.lap(Part::Attention);
         lamina.process(bands, &attention.pe, l);
+        clock.lap(Part::Lamina);
         medulla.process(bands, l);
+        clock.lap(Part::Medulla);
         lobula.process(bands, l, medulla);
+        clock.lap(Part::Lobula);
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
+        clock.lap(Part::Rejection);
         prediction.process(bands, kept, memorizer);
-        facilitation.process(bands, kept, memorizer, response);
+        clock.lap(Part::Prediction);
+        facilitation.process(bands, kept, &prediction.fresh, memorizer, response);
+        clock.count_tiles(prediction.tiles());
         readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
+        clock.lap(Part::Facilitation);
         self.frames += 1;
     }
 
@@ -103,7 +114,7 @@ impl Wiring for ApgStmd {
                 }
                 maps
             }
-            Stage::Q => self.facilitation.map(kept(), &self.memorizer),
+            Stage::Q => self.facilitation.map(kept(), &self.prediction.fresh, &self.memorizer),
             _ => return None,
         })
     }

@@ -14,9 +14,10 @@ use crate::stage::emd::Emd;
 use crate::stage::estmd::Estmd;
 use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
-use crate::stage::readout;
+use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Cascaded {
     p: Plane,
@@ -27,6 +28,7 @@ pub(crate) struct Cascaded {
     estmd: Estmd,
     emd: Emd,
     rejection: Rejection<DIRECTIONS>,
+    readout: Readout,
 }
 
 impl Cascaded {
@@ -41,20 +43,27 @@ impl Cascaded {
             estmd: Estmd::new(size, params, threads),
             emd: Emd::new(size, params),
             rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
         }
     }
 }
 
 impl Wiring for Cascaded {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response) {
-        let Self { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection } = self;
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
         lamina.process(bands, p, l);
         lamina_inhibition.process(bands, l);
+        clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         emd.process(bands, &estmd.y);
+        clock.lap(Part::Lobula);
         rejection.process(p, &emd.e, &emd.strongest);
-        readout::show(bands, rejection, &emd.e, response);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, &emd.e, response);
+        clock.lap(Part::Facilitation);
     }
 
     fn stage(&self, stage: Stage) -> Option<Array3<f32>> {

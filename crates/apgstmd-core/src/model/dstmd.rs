@@ -15,9 +15,10 @@ use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
 use crate::stage::lobula::Lobula;
 use crate::stage::medulla::Medulla;
-use crate::stage::readout;
+use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Dstmd {
     p: Plane,
@@ -28,6 +29,7 @@ pub(crate) struct Dstmd {
     medulla: Medulla,
     lobula: Lobula,
     rejection: Rejection<DIRECTIONS>,
+    readout: Readout,
 }
 
 impl Dstmd {
@@ -42,21 +44,29 @@ impl Dstmd {
             medulla: Medulla::new(size, &params.medulla, engine),
             lobula: Lobula::new(size, &params.lobula, threads),
             rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
         }
     }
 }
 
 impl Wiring for Dstmd {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response) {
-        let Self { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection } = self;
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
         lamina.process(bands, p, l);
         lamina_inhibition.process(bands, l);
+        clock.lap(Part::Lamina);
         let l1 = &lamina_inhibition.l1;
         medulla.process(bands, l1);
+        clock.lap(Part::Medulla);
         lobula.process(bands, l1, medulla);
+        clock.lap(Part::Lobula);
         rejection.process(p, &lobula.e, &lobula.strongest);
-        readout::show(bands, rejection, &lobula.e, response);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, &lobula.e, response);
+        clock.lap(Part::Facilitation);
     }
 
     fn stage(&self, stage: Stage) -> Option<Array3<f32>> {

@@ -14,9 +14,10 @@ use crate::row::bands::Bands;
 use crate::stage::estmd::Estmd as SmallTarget;
 use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
-use crate::stage::readout;
+use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Estmd {
     p: Plane,
@@ -26,6 +27,7 @@ pub(crate) struct Estmd {
     lamina_inhibition: LaminaInhibition,
     estmd: SmallTarget,
     rejection: Rejection<1>,
+    readout: Readout,
 }
 
 impl Estmd {
@@ -39,19 +41,26 @@ impl Estmd {
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             estmd: SmallTarget::new(size, params, threads),
             rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
         }
     }
 }
 
 impl Wiring for Estmd {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response) {
-        let Self { p, l, retina, lamina, lamina_inhibition, estmd, rejection } = self;
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
         lamina.process(bands, p, l);
         lamina_inhibition.process(bands, l);
+        clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
+        clock.lap(Part::Lobula);
         rejection.process(p, from_ref(&estmd.y), &estmd.y);
-        readout::show(bands, rejection, from_ref(&estmd.y), response);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, from_ref(&estmd.y), response);
+        clock.lap(Part::Facilitation);
     }
 
     fn stage(&self, stage: Stage) -> Option<Array3<f32>> {

@@ -5,20 +5,21 @@ use ndarray::Array2;
 use super::wire;
 use crate::detection::Response;
 use crate::frame::{Frame, Size};
-use crate::params::{Model, Params, RejectionMode};
+use crate::params::{Localise, Model, Params, RejectionMode};
 use crate::plane::Plane;
 use crate::row::bands::Bands;
 
 const SIDE: f64 = 5.0;
-/// From the border to the target: the reach of every kernel.
-const CLEAR: f64 = 24.0;
+/// From the border to the target's centre: beyond the lateral kernel and the neighbourhood of a peak.
+const CLEAR: f64 = 20.0;
 /// Path over which the lag is averaged, px: whole pixels, so that every sub-pixel place counts.
 const MEASURED: f64 = 4.0;
 
-/// Mean distance from the centre of a black 5 x 5 target on white, moving at v_opt to the right, back to the peak of its
-/// response, px; 0 where the parameters give no response, and without directions, along which to go back.
+/// Mean distance from the centre of a black 5 x 5 target on white, moving at the tuned speed to the right, back to the
+/// peak of its response, px; 0 where detections are not moved, where the parameters give no response, and without
+/// directions, along which to move.
 pub(crate) fn measure(params: &Params) -> f32 {
-    if !params.model.is_directional() {
+    if params.detection.localise == Localise::Response || !params.model.is_directional() {
         return 0.0;
     }
     let mut params = params.clone();
@@ -27,7 +28,7 @@ pub(crate) fn measure(params: &Params) -> f32 {
     params.prediction.enabled = false;
     params.detection.threshold = 0.0;
     params.detection.max_peaks = 1;
-    let speed = params.prediction.v_opt;
+    let speed = tuned_speed(&params);
     let slowest = slowest(&params);
     // The gamma filters have settled to a few thousandths after three time constants.
     let settle = (3.0 * slowest).ceil().min(4000.0);
@@ -43,13 +44,24 @@ pub(crate) fn measure(params: &Params) -> f32 {
         });
         let frame = Frame::from(frame.view());
         frame.write_luminance(&mut luminance).expect("the frame has the size of the model and luminance in [0, 1]");
-        model.step(&bands, &luminance, &mut response);
+        model.step(&bands, &luminance, &mut response, None);
         if let (Some(peak), true) = (response.detections.first(), t as f64 >= settle) {
             sum += center - f64::from(peak.x);
             count += 1.0;
         }
     }
     if count == 0.0 { 0.0 } else { (sum / count) as f32 }
+}
+
+/// The speed at which a target covers the distance of the two pixels in the delay between their signals, px/frame. In the
+/// lobula at the defaults that is 12 frames, four fifths of tau_3, and the speed is v_opt; where the horizon is rounded to
+/// whole frames v_opt is not. The motion detectors have 3 px and 12 frames as well.
+fn tuned_speed(params: &Params) -> f64 {
+    let (distance, delay) = match params.model {
+        Model::Cascaded => (params.emd.spacing, params.emd.tau),
+        _ => (params.lobula.spacing, 0.8 * params.medulla.mi1_tau),
+    };
+    (distance / delay).clamp(0.01, 32.0)
 }
 
 /// Largest time constant that the response depends on, frames.

@@ -16,11 +16,12 @@ use crate::plane::Plane;
 use crate::probe::Stage;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
 pub(crate) trait Wiring: Send + Sync {
     /// One time step. Detections stand where the response peaks.
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response);
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 
     /// A stage of the last frame, (maps, rows, columns), if the model has it.
     fn stage(&self, stage: Stage) -> Option<Array3<f32>>;

@@ -14,9 +14,10 @@ use crate::row::recurse::Prepare;
 use crate::stage::lamina::Lamina;
 use crate::stage::lobula::Lobula;
 use crate::stage::medulla::Medulla;
-use crate::stage::readout;
+use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct StmdPlus {
     p: Plane,
@@ -26,6 +27,7 @@ pub(crate) struct StmdPlus {
     medulla: Medulla,
     lobula: Lobula,
     rejection: Rejection<DIRECTIONS>,
+    readout: Readout,
 }
 
 impl StmdPlus {
@@ -39,19 +41,27 @@ impl StmdPlus {
             medulla: Medulla::new(size, &params.medulla, engine),
             lobula: Lobula::new(size, &params.lobula, threads),
             rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
         }
     }
 }
 
 impl Wiring for StmdPlus {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response) {
-        let Self { p, l, retina, lamina, medulla, lobula, rejection } = self;
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, medulla, lobula, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
         lamina.process(bands, p, l);
+        clock.lap(Part::Lamina);
         medulla.process(bands, l);
+        clock.lap(Part::Medulla);
         lobula.process(bands, l, medulla);
+        clock.lap(Part::Lobula);
         rejection.process(p, &lobula.e, &lobula.strongest);
-        readout::show(bands, rejection, &lobula.e, response);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, &lobula.e, response);
+        clock.lap(Part::Facilitation);
     }
 
     fn stage(&self, stage: Stage) -> Option<Array3<f32>> {

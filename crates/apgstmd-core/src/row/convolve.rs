@@ -8,6 +8,9 @@ use fearless_simd::{Level, Simd, dispatch, prelude::*};
 use crate::plane::LANES;
 use crate::tiles::TILE;
 
+/// Lanes of the narrowest vector.
+const LEAST_LEN: usize = 4;
+
 /// One vector from `src[at..]`.
 ///
 /// # Safety
@@ -86,8 +89,6 @@ fn vertical_in<S: Simd, const K: usize>(simd: S, src: [&[f32]; K], stride: usize
     }
 }
 
-/// One vector of `vertical`.
-///
 /// # Safety
 /// As asserted by `vertical_in` for this `x`.
 #[inline(always)]
@@ -117,20 +118,14 @@ pub(super) unsafe fn vertical_sum<S: Simd, const K: usize>(
     sum
 }
 
-/// A small dense kernel with the symmetry of the square, stored by quadrant.
-#[derive(Clone, Debug)]
-pub(crate) struct Core {
-    /// Half width.
-    pub radius: usize,
-    /// `quadrant[dy][dx]`, both 0..=radius.
-    pub quadrant: Vec<Vec<f32>>,
-}
-
 /// Lateral inhibition: two kernels that are separable, with these taps across rows, and a dense core.
 #[derive(Clone, Debug)]
 pub(crate) struct Lateral {
     pub across: Vec<[f32; 2]>,
-    pub core: Core,
+    /// Half width of the core.
+    pub reach: usize,
+    /// Row and column in the core, from its top left corner, and tap.
+    pub core: Vec<(usize, usize, f32)>,
 }
 
 /// `out[x] = max(sum over the rows of both smooth sources + core around dense[x + radius], 0)`. `smooth` starts `radius`
@@ -153,59 +148,46 @@ fn inhibit_in<S: Simd>(
     smooth: [&[f32]; 2],
     dense: &[f32],
     [stride, dense_stride]: [usize; 2],
-    Lateral { across: taps, core }: &Lateral,
+    Lateral { across: taps, reach, core }: &Lateral,
     out: &mut [f32],
 ) {
-    let radius = taps.len() - 1;
-    let reach = core.radius;
+    let (radius, reach) = (taps.len() - 1, *reach);
     assert!(out.len().is_multiple_of(LANES) && smooth.iter().all(|src| src.len() >= 2 * radius * stride + out.len()));
     assert!(radius >= reach && dense.len() >= 2 * reach * dense_stride + radius + reach + out.len());
+    assert!(core.iter().all(|&(row, column, _)| row <= 2 * reach && column <= 2 * reach));
     let zero = S::f32s::splat(simd, 0.0);
-    for x in (0..out.len()).step_by(S::f32s::LEN) {
-        // SAFETY: x + LEN <= out.len(), and the assertions keep the farthest load of each source inside its slice.
+    let vectors = LANES / S::f32s::LEN;
+    for x in (0..out.len()).step_by(LANES) {
+        // SAFETY: x + LANES <= out.len(), and the assertions keep the farthest load of each source inside its slice.
         unsafe {
-            let sum = vertical_sum(simd, smooth, stride, taps, x);
-            let sum = core_sum(simd, dense, dense_stride, core, x + radius, sum);
-            store::<S>(sum.max(zero), out, x);
-        }
-    }
-}
-
-/// `sum` and one vector of a core around `dense[x]`, which starts the core's radius above.
-///
-/// # Safety
-/// `x >= core.radius` and `2 core.radius stride + x + core.radius + S::f32s::LEN <= dense.len()`.
-#[inline(always)]
-#[allow(unsafe_code)]
-pub(super) unsafe fn core_sum<S: Simd>(
-    simd: S,
-    dense: &[f32],
-    stride: usize,
-    core: &Core,
-    x: usize,
-    mut sum: S::f32s,
-) -> S::f32s {
-    for (dy, row) in core.quadrant.iter().enumerate() {
-        for (dx, &tap) in row.iter().enumerate() {
-            if tap == 0.0 {
-                continue;
+            // A block of LANES columns at a time: each tap is fetched once for all its vectors.
+            let mut sums = [zero; LANES / LEAST_LEN];
+            for k in 0..2 {
+                let tap = S::f32s::splat(simd, taps[0][k]);
+                for (v, sum) in sums.iter_mut().enumerate().take(vectors) {
+                    *sum = load(simd, smooth[k], radius * stride + x + v * S::f32s::LEN).mul_add(tap, *sum);
+                }
+                for (d, taps) in taps.iter().enumerate().skip(1) {
+                    let tap = S::f32s::splat(simd, taps[k]);
+                    for (v, sum) in sums.iter_mut().enumerate().take(vectors) {
+                        let above = load(simd, smooth[k], (radius - d) * stride + x + v * S::f32s::LEN);
+                        let below = load(simd, smooth[k], (radius + d) * stride + x + v * S::f32s::LEN);
+                        *sum = (above + below).mul_add(tap, *sum);
+                    }
+                }
             }
-            let at = |dy: isize, dx: isize| {
-                let row = (core.radius as isize + dy) as usize * stride;
-                // SAFETY: |dy| and |dx| are at most the core's radius, and the caller keeps that inside the slice.
-                unsafe { load(simd, dense, row + x.wrapping_add_signed(dx)) }
-            };
-            let (v, h) = (dy as isize, dx as isize);
-            let value = match (dy, dx) {
-                (0, 0) => at(0, 0),
-                (0, _) => at(0, -h) + at(0, h),
-                (_, 0) => at(-v, 0) + at(v, 0),
-                _ => (at(-v, -h) + at(-v, h)) + (at(v, -h) + at(v, h)),
-            };
-            sum = value.mul_add(S::f32s::splat(simd, tap), sum);
+            for &(row, column, tap) in core {
+                let at = row * dense_stride + radius - reach + column + x;
+                let tap = S::f32s::splat(simd, tap);
+                for (v, sum) in sums.iter_mut().enumerate().take(vectors) {
+                    *sum = load(simd, dense, at + v * S::f32s::LEN).mul_add(tap, *sum);
+                }
+            }
+            for (v, sum) in sums.iter().enumerate().take(vectors) {
+                store::<S>(sum.max(zero), out, x + v * S::f32s::LEN);
+            }
         }
     }
-    sum
 }
 
 /// Three moments along one row: even kernels g0, g2 and the odd kernel g1 (`taps[|d|] = [g0, g1, g2]`).
@@ -319,24 +301,25 @@ fn correlate_tile_in<S: Simd>(
     assert!(taps.len() == side * side && out.len() == TILE * TILE && TILE.is_multiple_of(S::f32s::LEN));
     assert!(stride >= side - 1 + TILE && src.len() >= (spans.len() - 1) * stride + side - 1 + TILE);
     let across = TILE / S::f32s::LEN;
-    let rows = (SUMS / across).min(TILE);
+    let rows = SUMS / across;
     for top in (0..TILE).step_by(rows) {
         let mut sums = [S::f32s::splat(simd, 0.0); SUMS];
-        for j in 0..side {
+        for (j, taps) in taps.chunks_exact(side).enumerate() {
             let (first, last) = spans[top + j..top + j + rows]
                 .iter()
                 .filter(|span| !span.is_empty())
                 .fold((side + TILE, 0), |(first, last), span| (first.min(span.start), last.max(span.end)));
-            for i in first.saturating_sub(TILE - 1)..last.min(side) {
-                let tap = S::f32s::splat(simd, taps[j * side + i]);
-                for (index, sum) in sums.iter_mut().enumerate().take(rows * across) {
-                    let (row, column) = (top + j + index / across, i + index % across * S::f32s::LEN);
-                    // SAFETY: row < spans.len() and column + LEN <= side - 1 + TILE, so the assertion covers the load.
-                    *sum = unsafe { load(simd, src, row * stride + column) }.mul_add(tap, *sum);
+            let corner = (top + j) * stride;
+            for (i, tap) in taps.iter().enumerate().take(last).skip(first.saturating_sub(TILE - 1)) {
+                let tap = S::f32s::splat(simd, *tap);
+                for (index, sum) in sums.iter_mut().enumerate() {
+                    let at = corner + index / across * stride + index % across * S::f32s::LEN + i;
+                    // SAFETY: the row is below spans.len() and the last column below side - 1 + TILE: as asserted.
+                    *sum = unsafe { load(simd, src, at) }.mul_add(tap, *sum);
                 }
             }
         }
-        for (sum, out) in sums.iter().zip(out[top * TILE..].chunks_exact_mut(S::f32s::LEN)).take(rows * across) {
+        for (sum, out) in sums.iter().zip(out[top * TILE..].chunks_exact_mut(S::f32s::LEN)) {
             sum.store_slice(out);
         }
     }

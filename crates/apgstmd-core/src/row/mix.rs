@@ -1,5 +1,7 @@
 //! Products and mixtures of rows, pixel by pixel.
 
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
+
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use super::convolve::{load, store};
@@ -116,5 +118,82 @@ fn add_scaled_in<S: Simd>(_: S, a: f32, x: &[f32], out: &mut [f32]) {
     let x = &x[..width];
     for i in 0..width {
         out[i] += a * x[i];
+    }
+}
+
+/// What a frame shows at each pixel of a row, from Q over directions: the largest value, and the angle of the vector sum
+/// in (-pi, pi], NaN where all are zero.
+pub(crate) fn summarise(level: Level, q: [&[f32]; DIRECTIONS], largest: &mut [f32], angle: &mut [f32]) {
+    dispatch!(level, simd => summarise_in(simd, q, largest, angle));
+}
+
+/// atan(z) / z as a polynomial in z^2, |z| <= 1, error below 2e-8 (Abramowitz & Stegun, 4.4.49).
+const ARC_TANGENT: [f32; 9] = [
+    1.0,
+    -0.333_331_45,
+    0.199_935_51,
+    -0.142_089,
+    0.106_562_64,
+    -0.075_289_64,
+    0.042_909_614,
+    -0.016_165_737,
+    0.002_866_225_7,
+];
+
+#[inline(always)]
+#[allow(unsafe_code)]
+fn summarise_in<S: Simd>(simd: S, q: [&[f32]; DIRECTIONS], largest: &mut [f32], angle: &mut [f32]) {
+    let width = largest.len();
+    assert!(width.is_multiple_of(LANES) && angle.len() == width && q.iter().all(|row| row.len() == width));
+    let splat = |value: f32| S::f32s::splat(simd, value);
+    let zero = splat(0.0);
+    for x in (0..width).step_by(S::f32s::LEN) {
+        // SAFETY: x + LEN <= width, the length of every row.
+        let q: [S::f32s; DIRECTIONS] = std::array::from_fn(|k| unsafe { load(simd, q[k], x) });
+        let most = q.iter().fold(zero, |most, q| most.max(*q));
+        let rising = q[1] - q[5];
+        let falling = q[3] - q[7];
+        let right = (rising - falling).mul_add(splat(FRAC_1_SQRT_2), q[0] - q[4]);
+        let up = (rising + falling).mul_add(splat(FRAC_1_SQRT_2), q[2] - q[6]);
+        let (a, b) = (right.abs(), up.abs());
+        let steep = b.simd_gt(a);
+        let z = a.min(b) / a.max(b).max(splat(f32::MIN_POSITIVE));
+        let squared = z * z;
+        let series = ARC_TANGENT.iter().rev().fold(zero, |sum, term| sum.mul_add(squared, splat(*term)));
+        let first_octant = z * series;
+        let quadrant = steep.select(splat(FRAC_PI_2) - first_octant, first_octant);
+        let half = right.simd_lt(zero).select(splat(PI) - quadrant, quadrant);
+        let full = up.simd_lt(zero).select(-half, half);
+        // SAFETY: as above.
+        unsafe {
+            store::<S>(most, largest, x);
+            store::<S>(most.simd_gt(zero).select(full, splat(f32::NAN)), angle, x);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::of_vector_sum;
+
+    #[test]
+    fn the_angle_is_that_of_the_vector_sum() {
+        for degrees in 0..360 {
+            let target = f64::from(degrees).to_radians();
+            let q: [[f32; LANES]; DIRECTIONS] =
+                std::array::from_fn(|k| [1e-5 * (target - crate::direction::angle(k)).cos().max(0.0) as f32; LANES]);
+            let (mut largest, mut angle) = ([0.0; LANES], [0.0; LANES]);
+            summarise(Level::new(), q.each_ref().map(|row| &row[..]), &mut largest, &mut angle);
+            let expected = of_vector_sum(&q.map(|row| row[0]));
+            // A few roundings of an angle up to pi; the ends of the circle are one angle.
+            let turn = (angle[3] - expected).abs();
+            assert!(turn < 2e-6 || (turn - 2.0 * PI).abs() < 2e-6, "{degrees} {} {expected}", angle[3]);
+            assert_eq!(largest[5], q.iter().map(|row| row[5]).fold(0.0, f32::max));
+        }
+        let zero = [0.0; LANES];
+        let (mut largest, mut angle) = ([1.0; LANES], [0.0; LANES]);
+        summarise(Level::new(), [&zero; DIRECTIONS], &mut largest, &mut angle);
+        assert!(largest.iter().all(|q| *q == 0.0) && angle.iter().all(|angle| angle.is_nan()));
     }
 }

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::convolve::{Lateral, core_sum, store, vertical_sum};
+use super::convolve::{Lateral, load, store, vertical_sum};
 use crate::plane::LANES;
 
 /// Both parts of a kernel g given as in `inhibit`, with the core [g]+: `out[0] = core * dense`, and `out[1]` is what the
@@ -25,20 +25,24 @@ fn center_surround_in<S: Simd>(
     smooth: [&[f32]; 2],
     dense: &[f32],
     [stride, dense_stride]: [usize; 2],
-    Lateral { across: taps, core }: &Lateral,
+    Lateral { across: taps, reach, core }: &Lateral,
     out: [&mut [f32]; 2],
 ) {
     let [center, surround] = out;
     let width = center.len();
-    let (radius, reach) = (taps.len() - 1, core.radius);
+    let (radius, reach) = (taps.len() - 1, *reach);
     assert!(width.is_multiple_of(LANES) && surround.len() == width);
     assert!(smooth.iter().all(|src| src.len() >= 2 * radius * stride + width));
     assert!(radius >= reach && dense.len() >= 2 * reach * dense_stride + radius + reach + width);
-    let zero = S::f32s::splat(simd, 0.0);
+    assert!(core.iter().all(|&(row, column, _)| row <= 2 * reach && column <= 2 * reach));
     for x in (0..width).step_by(S::f32s::LEN) {
         // SAFETY: x + LEN <= width, and the assertions keep the farthest load of each source inside its slice.
         unsafe {
-            let inner = core_sum(simd, dense, dense_stride, core, x + radius, zero);
+            let mut inner = S::f32s::splat(simd, 0.0);
+            for &(row, column, tap) in core {
+                let value = load(simd, dense, row * dense_stride + radius - reach + column + x);
+                inner = value.mul_add(S::f32s::splat(simd, tap), inner);
+            }
             let all = vertical_sum(simd, smooth, stride, taps, x);
             store::<S>(inner, center, x);
             store::<S>(all - inner, surround, x);

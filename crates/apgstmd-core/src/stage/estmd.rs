@@ -89,7 +89,7 @@ impl Estmd {
                             horizontal(level, patch.row(y), along, out);
                         }
                         for y in 0..range.len() {
-                            let dense = patch.below(y + radius - lateral.core.radius);
+                            let dense = patch.below(y + radius - lateral.reach);
                             let strides = [near.stride, patch.stride];
                             let out = &mut out.row(y)[left..left + width];
                             inhibit(level, [near.below(y), far.below(y)], dense, strides, lateral, out);

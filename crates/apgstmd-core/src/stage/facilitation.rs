@@ -7,18 +7,23 @@ use ndarray::Array3;
 
 use crate::DIRECTIONS;
 use crate::detection::Response;
-use crate::direction::of_vector_sum;
 use crate::params::PredictionParams;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::mix::add_scaled;
+use crate::row::mix::{add_scaled, summarise};
 use crate::stage::memorizer::{Memorizer, TILE_AREA};
 use crate::tiles::{Area, TILE};
 
 pub(crate) struct Facilitation {
     /// beta exp(kappa (k - dt)) for k = 0..=dt.
     weights: Vec<f32>,
-    scratch: Scratch<Vec<f32>>,
+    scratch: Scratch<Work>,
+}
+
+struct Work {
+    q: Vec<f32>,
+    largest: Vec<f32>,
+    angle: Vec<f32>,
 }
 
 impl Facilitation {
@@ -27,12 +32,23 @@ impl Facilitation {
         let weight = |k: u32| params.beta * (params.kappa * (f64::from(k) - f64::from(horizon))).exp();
         Self {
             weights: (0..=horizon).filter(|_| params.enabled).map(|k| weight(k) as f32).collect(),
-            scratch: Scratch::new(threads, || vec![0.0; DIRECTIONS * TILE_AREA]),
+            scratch: Scratch::new(threads, || Work {
+                q: vec![0.0; DIRECTIONS * TILE_AREA],
+                largest: vec![0.0; TILE_AREA],
+                angle: vec![0.0; TILE_AREA],
+            }),
         }
     }
 
-    /// Writes both maps.
-    pub fn process(&self, bands: &Bands, kept: &[Plane; DIRECTIONS], memorizer: &Memorizer, response: &mut Response) {
+    /// Writes both maps. `fresh` names the directions of E' that are not zero, by tile.
+    pub fn process(
+        &self,
+        bands: &Bands,
+        kept: &[Plane; DIRECTIONS],
+        fresh: &[u8],
+        memorizer: &Memorizer,
+        response: &mut Response,
+    ) {
         let size = kept[0].size();
         let maps = [&mut response.map, &mut response.direction].map(|map| Rows {
             data: map.as_slice_mut().expect("make_response makes contiguous maps"),
@@ -45,49 +61,45 @@ impl Facilitation {
             }
             for column in 0..memorizer.grid.across {
                 let tile = memorizer.grid.holding(column * TILE, range.start);
-                self.scratch.with(bands, |q| {
-                    if !self.tile(bands, kept, memorizer, tile, q) {
+                self.scratch.with(bands, |Work { q, largest, angle }| {
+                    if !self.tile(bands, kept, fresh[tile], memorizer, tile, q) {
                         return;
                     }
+                    let mut maps = q.chunks_exact(TILE_AREA);
+                    let q: [&[f32]; DIRECTIONS] = std::array::from_fn(|_| maps.next().unwrap_or_default());
+                    summarise(bands.level(), q, largest, angle);
                     let Area { left, rows, columns, .. } = memorizer.grid.area(tile);
                     for y in 0..rows {
-                        let map = &mut map.row(y)[left..left + columns];
-                        let direction = &mut direction.row(y)[left..left + columns];
-                        for (x, (map, direction)) in map.iter_mut().zip(direction).enumerate() {
-                            let q: [f32; DIRECTIONS] = std::array::from_fn(|k| q[k * TILE_AREA + y * TILE + x]);
-                            *map = q.into_iter().fold(0.0, f32::max);
-                            if *map > 0.0 {
-                                *direction = of_vector_sum(&q);
-                            }
-                        }
+                        let row = y * TILE..y * TILE + columns;
+                        map.row(y)[left..left + columns].copy_from_slice(&largest[row.clone()]);
+                        direction.row(y)[left..left + columns].copy_from_slice(&angle[row]);
                     }
                 });
             }
         });
     }
 
-    /// Q of one tile; false where it is zero everywhere and `q` was not written.
+    /// Q of one tile; false where it is zero everywhere and `q` was not written. `fresh` names the directions of E' that
+    /// are not zero in the tile.
     fn tile(
         &self,
         bands: &Bands,
         kept: &[Plane; DIRECTIONS],
+        fresh: u8,
         memorizer: &Memorizer,
         tile: usize,
         q: &mut [f32],
     ) -> bool {
         let Area { top, left, rows, columns } = memorizer.grid.area(tile);
-        let mut any = 0;
-        for plane in kept {
-            for y in top..top + rows {
-                any = plane.row(y)[left..left + columns].iter().fold(any, |any, value| any | value.to_bits());
-            }
-        }
         let remembered = (0..=memorizer.horizon()).any(|k| memorizer.ago(k).mask[tile] != 0);
-        if any == 0 && !remembered {
+        if fresh == 0 && !remembered {
             return false;
         }
-        for (plane, q) in kept.iter().zip(q.chunks_exact_mut(TILE_AREA)) {
+        for (k, (plane, q)) in kept.iter().zip(q.chunks_exact_mut(TILE_AREA)).enumerate() {
             q.fill(0.0);
+            if fresh >> k & 1 == 0 {
+                continue;
+            }
             for (y, q) in q.chunks_exact_mut(TILE).enumerate().take(rows) {
                 q[..columns].copy_from_slice(&plane.row(top + y)[left..left + columns]);
             }
@@ -122,13 +134,13 @@ impl Facilitation {
     }
 
     /// Q of a whole frame.
-    pub fn map(&self, kept: &[Plane; DIRECTIONS], memorizer: &Memorizer) -> Array3<f32> {
+    pub fn map(&self, kept: &[Plane; DIRECTIONS], fresh: &[u8], memorizer: &Memorizer) -> Array3<f32> {
         let size = kept[0].size();
         let bands = Bands::new(1);
         let mut map = Array3::zeros((DIRECTIONS, size.height, size.width));
         let mut q = vec![0.0; DIRECTIONS * TILE_AREA];
-        for tile in 0..memorizer.grid.count() {
-            if self.tile(&bands, kept, memorizer, tile, &mut q) {
+        for (tile, fresh) in fresh.iter().enumerate() {
+            if self.tile(&bands, kept, *fresh, memorizer, tile, &mut q) {
                 let Area { top, left, rows, columns } = memorizer.grid.area(tile);
                 for (direction, q) in q.chunks_exact(TILE_AREA).enumerate() {
                     for y in 0..rows {

@@ -82,7 +82,7 @@ impl LaminaInhibition {
                         );
                     }
                     for y in 0..range.len() {
-                        let dense = patch.below(y + radius - lateral.core.radius);
+                        let dense = patch.below(y + radius - lateral.reach);
                         let out = [&mut center, &mut surround].map(|rows| &mut rows.row(y)[left..left + width]);
                         let strides = [near.stride, patch.stride];
                         center_surround(level, [near.below(y), far.below(y)], dense, strides, lateral, out);

@@ -115,7 +115,7 @@ impl Lobula {
                         }
                         for y in 0..range.len() {
                             let smooth = [center.below(y), surround.below(y)];
-                            let dense = d.below(y + radius - lateral.core.radius);
+                            let dense = d.below(y + radius - lateral.reach);
                             let strides = [center.stride, d.stride];
                             inhibit(level, smooth, dense, strides, lateral, &mut s.row_mut(y)[..width]);
                         }

@@ -27,7 +27,7 @@ pub(crate) struct Prediction {
     /// W_p of each direction, turned by half a circle: what is correlated with it is convolved with W_p.
     kernels: [Vec<f32>; DIRECTIONS],
     /// Directions of E' that are not zero, by tile.
-    fresh: Vec<u8>,
+    pub fresh: Vec<u8>,
     jobs: Vec<Job>,
     /// Largest M of the last frame.
     peak: f32,
@@ -108,12 +108,8 @@ impl Prediction {
         }
     }
 
-    /// Writes F and M of this frame into the memorizer. `kept` is E', `strongest` its largest value over directions
-    /// or anything zero in the same places.
+    /// Writes F and M of this frame into the memorizer; `kept` is E'.
     pub fn process(&mut self, bands: &Bands, kept: &[Plane; DIRECTIONS], memorizer: &mut Memorizer) {
-        if !self.enabled {
-            return;
-        }
         let grid = memorizer.grid;
         let (past, present) = memorizer.oldest_and_present();
         let size = kept[0].size();
@@ -123,6 +119,9 @@ impl Prediction {
                 *mask = directions_present(kept, &grid, grid.holding(column * TILE, range.start));
             }
         });
+        if !self.enabled {
+            return;
+        }
         self.jobs.clear();
         for tile in 0..grid.count() {
             let around = grid.around(tile, self.radius);
@@ -148,8 +147,14 @@ impl Prediction {
         self.jobs = jobs;
     }
 
+    /// Tiles computed in the last frame.
+    pub fn tiles(&self) -> usize {
+        self.jobs.len()
+    }
+
     pub fn reset(&mut self) {
         self.peak = 0.0;
+        self.fresh.fill(0);
     }
 
     /// F and M of one tile.

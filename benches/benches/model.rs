@@ -1,0 +1,65 @@
+//! Whole frames and each stage of them, in clutter and before a still picture.
+
+use std::time::{Duration, Instant};
+
+use apgstmd_benches::{Running, clutter, practical, still};
+use apgstmd_core::params::RejectionMode;
+use apgstmd_core::{Size, Timing};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+
+const SIZES: [Size; 2] = [Size::new(270, 480), Size::new(250, 500)];
+
+fn frames(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("frame");
+    group.sample_size(20).measurement_time(Duration::from_secs(4));
+    for size in SIZES {
+        group.throughput(Throughput::Elements(size.area() as u64));
+        for threads in [1, 2] {
+            let mut run = |name: &str, mut running: Running| {
+                let id = BenchmarkId::new(name, format!("{}x{}/{threads} threads", size.width, size.height));
+                group.bench_function(id, |bencher| {
+                    bencher.iter_custom(|count| {
+                        let mut spent = Duration::ZERO;
+                        for _ in 0..count {
+                            let frame = running.frame();
+                            let start = Instant::now();
+                            let done = running.detector.process_into(frame.view(), &mut running.response);
+                            spent += start.elapsed();
+                            done.expect("frames of the right size");
+                        }
+                        spent
+                    });
+                });
+            };
+            run("clutter", Running::new(&practical(), threads, clutter(size), 60));
+            run("still", Running::new(&practical(), threads, still(size), 2000));
+            let mut off = practical();
+            off.rejection.mode = RejectionMode::Off;
+            run("clutter, rejection off", Running::new(&off, threads, clutter(size), 60));
+        }
+    }
+    group.finish();
+}
+
+fn stages(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("stage");
+    group.sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
+    let mut running = Running::new(&practical(), 1, clutter(SIZES[0]), 60);
+    for part in Timing::PARTS {
+        group.bench_function(*part, |bencher| {
+            bencher.iter_custom(|count| {
+                let mut timing = Timing::default();
+                for _ in 0..count {
+                    let frame = running.frame();
+                    let done = running.detector.process_timed(frame.view(), &mut running.response, &mut timing);
+                    done.expect("frames of the right size");
+                }
+                timing.of(part)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frames, stages);
+criterion_main!(benches);
