@@ -156,7 +156,12 @@ impl Pair {
                 return Err(format!("stage {stage}, maximum {most:e}, tolerance {tolerance:e}: {off:?}"));
             }
         }
-        self.detections(&seen)?;
+        let shown = match self.params.model {
+            Model::ApgStmd => Stage::Q,
+            Model::StmdPlus | Model::Dstmd | Model::Cascaded => Stage::Ep,
+            Model::Estmd => Stage::Y,
+        };
+        self.detections(&seen, floor(shown))?;
         match self.params.model {
             Model::ApgStmd => {
                 self.maps(&fast(Stage::Q))?;
@@ -185,7 +190,7 @@ impl Pair {
         Ok(Some(omega))
     }
 
-    fn detections(&self, seen: &Seen) -> Result<(), String> {
+    fn detections(&self, seen: &Seen, floor: f64) -> Result<(), String> {
         let (given, truth) = (&self.response.detections, &seen.detections);
         let differ = |what: String| Err(format!("{what}\ngiven: {given:#?}\ntruth: {truth:#?}"));
         if given.len() != truth.len() {
@@ -209,7 +214,7 @@ impl Pair {
             let turn = if known { (f64::from(given.direction) - direction).sin().abs() } else { 0.0 };
             let blur =
                 if known { RELATIVE / directedness.max(RELATIVE) * (most / score.max(1e-30)).max(1.0) } else { 0.0 };
-            if (f64::from(given.score) - score).abs() > RELATIVE * most
+            if (f64::from(given.score) - score).abs() > (RELATIVE * most).max(floor)
                 || turn > 2.0 * blur
                 || f64::from(given.direction).cos() * direction.cos() < -0.5 && blur < 0.1
             {

@@ -262,7 +262,7 @@ fn lag_of_an_ideal_target() {
                 }
             }
             behind.push(offsets.iter().sum::<f64>() / offsets.len() as f64);
-            if localise == Localise::Response {
+            if localise == Localise::Target {
                 // 5.1 px at the default speed; the few frames averaged here lie on other fractions of a pixel.
                 let lag = f64::from(detector.lag());
                 assert!((lag - behind[0]).abs() < 0.25, "speed {speed}: lag {lag}, truth {}", behind[0]);

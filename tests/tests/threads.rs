@@ -43,8 +43,9 @@ fn bits_of(detections: &[Detection]) -> Vec<([u32; 4], u64)> {
 fn other_models() {
     for &model in &Model::ALL[1..] {
         let mut params = Params::for_model(model).for_speed(1.0).unwrap();
-        identical(&params, Size::new(61, 83), 25);
-        params.rejection.mode = RejectionMode::Motion;
+        params.rejection.contrast_deviation = 0.01;
+        identical(&params, Size::new(61, 83), 40);
+        params.rejection.mode = RejectionMode::Off;
         params.engine.temporal = TemporalEngine::Fir;
         params.emd.spacing = 18.0;
         identical(&params, Size::new(17, 300), 25);

@@ -83,6 +83,10 @@ impl Params {
             (lobula.excitation, lobula.inhibition, lobula.surround_weight) = (1.0, 3.0, 1.0);
             (lobula.center_sigma, lobula.surround_sigma) = (1.5, 3.0);
         }
+        if model == Model::Cascaded {
+            // Homogeneous of degree 4 in contrast: 4e-7 for a black target on white, 4e-11 for one of a tenth of that.
+            params.lobula.response_floor = 1e-18;
+        }
         if !matches!(model, Model::ApgStmd | Model::StmdPlus) {
             params.rejection.mode = RejectionMode::Off;
         }
