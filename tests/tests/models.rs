@@ -207,10 +207,11 @@ fn each_is_tuned_to_speed_and_to_small_targets() {
             assert!(other < share * response, "{model} at {speed} px/frame: {other:e} of {response:e}");
         }
         // A bar higher than the picture, whose ends do not show, and a large square.
-        for size in [(5.0, 70.0), (24.0, 24.0)] {
+        // With A = 1, B = 3, e = 1 the lateral kernel is still positive along a thin line: an STMD answers to a bar with
+        // two fifths, and only multiplication by ON and OFF that were inhibited themselves does better.
+        for (size, share) in [((5.0, 70.0), 0.5), ((24.0, 24.0), 0.1)] {
             let other = at(SPEED, size);
-            println!("{model} {size:?} {}", other / response);
-            assert!(other < 0.5 * response, "{model}, {size:?} px: {other:e} of {response:e}");
+            assert!(other < share * response, "{model}, {size:?} px: {other:e} of {response:e}");
         }
     }
 }

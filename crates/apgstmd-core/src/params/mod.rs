@@ -313,16 +313,22 @@ pub struct Params {
 pub const SPEED_RANGE: std::ops::RangeInclusive<f64> = 0.01..=32.0;
 
 impl Params {
-    /// A ready-made set.
+    /// A ready-made set of apg-STMD.
     pub fn preset(preset: Preset) -> Self {
-        let mut params = Self::default();
+        Self::default().with_preset(preset)
+    }
+
+    /// What a preset changes in parameters as published: `Paper` nothing, `Practical` the rejection, attention and
+    /// localisation.
+    #[must_use]
+    pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
-            params.rejection.mode = RejectionMode::Motion;
-            params.attention.ramp = 10.0;
-            params.attention.threshold = 0.02;
-            params.detection.localise = Localise::Target;
+            self.rejection.mode = RejectionMode::Motion;
+            self.attention.ramp = 10.0;
+            self.attention.threshold = 0.02;
+            self.detection.localise = Localise::Target;
         }
-        params
+        self
     }
 
     /// The same model tuned to `speed` px/frame: with k = speed / v_opt every time constant is divided by k, the horizon

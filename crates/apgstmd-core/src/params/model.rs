@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Params, RejectionMode};
+use super::{Params, Preset, RejectionMode};
 
 /// A model of small-target motion detection in insects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -91,6 +91,13 @@ impl Params {
             params.rejection.mode = RejectionMode::Off;
         }
         params
+    }
+
+    /// Where to start when nothing but a model is asked for: apg-STMD for use (`Practical`), the others, which are there
+    /// to compare with, as published.
+    pub fn usual(model: Model) -> Self {
+        let preset = if model == Model::ApgStmd { Preset::Practical } else { Preset::Paper };
+        Self::for_model(model).with_preset(preset)
     }
 }
 
