@@ -9,13 +9,14 @@ Positions are in pixels (x = column, y = row downward), times in frames, directi
 screen (0 = right, pi/2 = up), luminance in [0, 1].
 """
 
-from ._core import STAGES, __version__
+from ._core import MODELS, STAGES, __version__
 from .detector import Detector
 from .folder import Run, run
 from .options import Parameter, parameters, params
 from .results import Detection, Detections, Output, RunDetection, RunDetections
 
 __all__ = [
+    "MODELS",
     "STAGES",
     "Detection",
     "Detections",
