@@ -4,8 +4,10 @@
 mod arrays;
 mod detector;
 mod errors;
+mod evaluation;
 mod params;
 mod program;
+mod scene;
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -16,6 +18,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("STAGES", PyTuple::new(module.py(), stages)?)?;
     module.add_class::<detector::Detector>()?;
+    module.add_class::<scene::Scene>()?;
+    module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(program::run, module)?)?;

@@ -5,13 +5,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Evaluation, EvaluationError};
-use serde::Serialize;
 
 use crate::Outcome;
 use crate::args::EvalArgs;
 use crate::failure::Failure;
-use crate::judge::{Found, Frames, Origin, judge, read_detections, read_truth};
-use crate::report::{Report, page, text};
+use crate::judge::{Found, Frames, judge, read_detections, read_truth};
+use crate::report::{Report, json, page, text};
 
 pub(crate) fn main(args: &EvalArgs) -> Outcome {
     let Found { file, detections, run } = read_detections(&args.detections)?;
@@ -39,7 +38,7 @@ pub(crate) fn main(args: &EvalArgs) -> Outcome {
         fs::write(path, page(&report)).map_err(|error| Failure::write(path, error))?;
     }
     if args.json {
-        return print(&json(&report)?);
+        return print(&json(&report));
     }
     if args.quiet { Ok(()) } else { print(&text(&report)) }
 }
@@ -78,50 +77,6 @@ fn curve(evaluation: &Evaluation) -> String {
         );
     }
     text
-}
-
-#[derive(Serialize)]
-struct Json<'a> {
-    schema_version: u32,
-    program: &'static str,
-    version: &'static str,
-    command: &'static str,
-    detections: String,
-    truth: String,
-    /// `run.json`, `given` or `named`.
-    frames_from: &'static str,
-    last_frame: usize,
-    radius: f64,
-    margin: f64,
-    detections_outside: usize,
-    truth_outside: usize,
-    notes: Vec<String>,
-    #[serde(flatten)]
-    evaluation: &'a Evaluation,
-}
-
-fn json(report: &Report) -> Outcome<String> {
-    let record = Json {
-        schema_version: 1,
-        program: "apgstmd",
-        version: env!("CARGO_PKG_VERSION"),
-        command: "eval",
-        detections: report.detections.display().to_string(),
-        truth: report.truth.display().to_string(),
-        frames_from: match report.origin {
-            Origin::Run(_) => "run.json",
-            Origin::Given => "given",
-            Origin::Named => "named",
-        },
-        last_frame: *report.frames.end(),
-        radius: report.radius,
-        margin: report.margin,
-        detections_outside: report.judgement.detections_outside,
-        truth_outside: report.judgement.truth_outside,
-        notes: report.notes(),
-        evaluation: &report.judgement.evaluation,
-    };
-    serde_json::to_string_pretty(&record).map(|text| text + "\n").map_err(Failure::failed)
 }
 
 fn print(text: &str) -> Outcome {

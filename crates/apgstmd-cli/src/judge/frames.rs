@@ -1,6 +1,7 @@
 //! Which frames are judged: those that the detector saw, as far as anything tells.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Options, Scored, TruthBox};
@@ -155,18 +156,20 @@ impl RunFrames {
     /// It is ours and cannot be used.
     pub fn beside(file: &Path) -> Outcome<Option<Self>> {
         let path = file.parent().unwrap_or(Path::new("")).join(RUN);
-        if !path.is_file() {
-            return Ok(None);
+        match fs::read_to_string(&path) {
+            Ok(text) => Self::parse(&text, &path),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(unusable(&path, &reason(&error))),
         }
-        let failed = |what: &str| {
-            Failure::failed(format_args!(
-                "cannot use {}, which tells which frames were processed: {what}",
-                path.display()
-            ))
-            .hint("move it away and say how many frames there were with --frames")
-        };
-        let text = fs::read_to_string(&path).map_err(|error| failed(&reason(&error)))?;
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| failed(&error.to_string()))?;
+    }
+
+    /// From the text of run.json; `path` names it.
+    ///
+    /// # Errors
+    /// As [`RunFrames::beside`].
+    pub fn parse(text: &str, path: &Path) -> Outcome<Option<Self>> {
+        let failed = |what: &str| unusable(path, what);
+        let value: serde_json::Value = serde_json::from_str(text).map_err(|error| failed(&error.to_string()))?;
         if value["program"] != "apgstmd" {
             return Ok(None);
         }
@@ -180,7 +183,7 @@ impl RunFrames {
         let stop = stop.min(start.saturating_add((taken - 1).saturating_mul(step)).saturating_add(1));
         let mut skipped: Vec<usize> = record.skipped.into_iter().map(|skipped| skipped.frame).collect();
         skipped.sort_unstable();
-        let frames = Frames { start, stop, step, skipped, origin: Origin::Run(path) };
+        let frames = Frames { start, stop, step, skipped, origin: Origin::Run(path.to_owned()) };
         Ok(Some(Self { frames, available: pictures, ended_early: record.interrupted || record.error.is_some() }))
     }
 
@@ -196,4 +199,9 @@ impl RunFrames {
             _ => Ok(()),
         }
     }
+}
+
+fn unusable(path: &Path, what: &str) -> Failure {
+    Failure::failed(format_args!("cannot use {}, which tells which frames were processed: {what}", path.display()))
+        .hint("move it away and say how many frames there were with --frames")
 }

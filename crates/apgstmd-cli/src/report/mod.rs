@@ -1,6 +1,7 @@
 //! An evaluation for people: a table, and a page with its curves.
 
 mod figure;
+mod json;
 mod page;
 mod table;
 
@@ -11,6 +12,7 @@ use apgstmd_core::evaluation::{Evaluation, OperatingPoint};
 
 use crate::judge::{Judgement, Origin};
 
+pub use json::json;
 pub use page::page;
 pub use table::{align, text};
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use apgstmd_core::stimulus::{Background, Renderer, Scene};
+use apgstmd_core::stimulus::{Background, Renderer, Scene, SceneError};
 use ndarray::Array2;
 
 use super::decode;
@@ -56,7 +56,8 @@ impl SceneFile {
     /// As [`SceneFile::read`].
     pub fn parse(text: &str, origin: &Path, overrides: Overrides) -> Outcome<Self> {
         let scene = Scene::from_toml(text).map_err(|error| {
-            Failure::usage(format_args!("{}: {}", origin.display(), without_snippet(&error)))
+            let what = without_snippet(&error);
+            Failure::usage(format_args!("{}: {}", origin.display(), what.trim_start_matches("scene: ")))
                 .hint("`apgstmd synth --print` prints an example with every key")
         })?;
         Self::new(scene, origin, overrides)
@@ -70,7 +71,10 @@ impl SceneFile {
         let written_for = scene.frames;
         scene.frames = overrides.frames.unwrap_or(scene.frames);
         scene.seed = overrides.seed.unwrap_or(scene.seed);
-        let named = |error| Failure::usage(format_args!("{}: {error}", origin.display()));
+        let named = |error: SceneError| {
+            let what = error.to_string();
+            Failure::usage(format_args!("{}: {}", origin.display(), what.trim_start_matches("scene: ")))
+        };
         scene.validate().map_err(named)?;
         let renderer = match &mut scene.background {
             Background::Panorama { file, .. } => {
