@@ -4,6 +4,8 @@
     out = detector.process(frame)                             # uint8, uint16, float32, float64; grey or RGB
     out.detections                                            # x, y, score, direction, trace as NumPy columns
     apgstmd.run("frames/", speed=1.0)                         # a whole folder, like the command line
+    scene = apgstmd.synth("demo")                             # made-up frames with ground truth
+    apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
 
 Positions are in pixels (x = column, y = row downward), times in frames, directions in radians counter-clockwise on the
 screen (0 = right, pi/2 = up), luminance in [0, 1].
@@ -11,23 +13,33 @@ screen (0 = right, pi/2 = up), luminance in [0, 1].
 
 from ._core import MODELS, STAGES, __version__
 from .detector import Detector
+from .evaluation import Curve, Evaluation, OperatingPoint, evaluate
 from .folder import Run, run
 from .options import Parameter, parameters, params
 from .results import Detection, Detections, Output, RunDetection, RunDetections
+from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
     "MODELS",
     "STAGES",
+    "Curve",
     "Detection",
     "Detections",
     "Detector",
+    "Evaluation",
+    "OperatingPoint",
     "Output",
     "Parameter",
     "Run",
     "RunDetection",
     "RunDetections",
+    "Scene",
+    "Truth",
+    "TruthRow",
     "__version__",
+    "evaluate",
     "parameters",
     "params",
     "run",
+    "synth",
 ]

@@ -11,7 +11,11 @@ _Columns: TypeAlias = tuple[
     NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]
 ]
 
-__all__ = ["MODELS", "STAGES", "Detector", "__version__", "fields", "resolve", "run", "run_cli"]
+_Whole: TypeAlias = NDArray[np.int64]
+_Real: TypeAlias = NDArray[np.float64]
+_Flag: TypeAlias = NDArray[np.bool_]
+
+__all__ = ["MODELS", "STAGES", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
 
 __version__: Final[str]
 MODELS: Final[tuple[str, ...]]
@@ -58,6 +62,54 @@ class Detector:
     def reset(self) -> None: ...
     def frames(self) -> int:
         """Frames since construction or the last reset."""
+
+@final
+class Scene:
+    """A scene ready to be drawn. Nothing in it changes: any thread may ask for any frame."""
+
+    def __new__(
+        cls, scene: Mapping[str, object] | tuple[str, str], frames: int | None, seed: int | None
+    ) -> Scene:
+        """A dict, or ("text", TOML), ("file", path), ("demo", ""), ("paper", "").
+
+        ValueError for what breaks a rule, RuntimeError for files that cannot be read, TypeError for a wrong type.
+        """
+
+    @property
+    def toml(self) -> str:
+        """The scene file, with everything filled in."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width), px."""
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+
+    @property
+    def frames(self) -> int: ...
+    def frame(self, index: int) -> _Map:
+        """(H, W), luminance in [0, 1]; releases the GIL."""
+
+    def truth(self) -> tuple[_Whole, _Whole, _Real, _Real, _Real, _Real, _Flag, _Real]:
+        """Columns frame, id, x, y, w, h, visible, contrast over all frames."""
+
+def evaluate(
+    detections: str | tuple[_Whole, _Real, _Real, _Real, _Real, str | None],
+    truth: str | tuple[_Whole, _Whole | None, _Real, _Real, _Real, _Real, _Flag, _Flag],
+    frames: int | None,
+    start: int,
+    stop: int | None,
+    radius: float,
+    margin: float,
+    html: str | None,
+) -> str:
+    """What `apgstmd eval --json` prints, and the page where `html` names a file.
+
+    Columns: frame, x, y, score, direction (NaN: unknown) and the text of run.json; frame, id, x, y, w, h, visible,
+    ignore. ValueError for what cannot be judged, RuntimeError for files that cannot be read or written.
+    """
 
 def fields() -> list[tuple[str, str, str, str]]:
     """Every parameter in file order: section, name, documentation, rule."""

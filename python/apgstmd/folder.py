@@ -16,6 +16,7 @@ import numpy as np
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import RunDetections
+from .scene import Scene
 
 _OPTIONS = (
     *("out", "start", "stop", "step", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
@@ -42,7 +43,7 @@ class Run:
 
 
 def run(
-    input: str | os.PathLike[str],
+    input: str | os.PathLike[str] | Scene,
     *,
     out: str | os.PathLike[str] | None = None,
     model: Model | None = None,
@@ -67,11 +68,12 @@ def run(
     progress: bool = False,
     **parameters: Unpack[Parameters],
 ) -> Run:
-    """Detects targets in a folder or pattern of pictures, as `apgstmd run` does.
+    """Detects targets in a folder or pattern of pictures, or in a scene, as `apgstmd run` does.
 
     Parameters
     ----------
-    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order.
+    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; or a
+        scene, as a file "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
     out : folder for detections.csv, run.json and what else is asked for; without it nothing is kept on disk.
     model, preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which pictures, counted from 0, `stop` not included.
@@ -92,8 +94,8 @@ def run(
         found.detections[found.detections.frame == 100].x
     """
     text = resolve(model, preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
-    path = os.fspath(input)
-    if not os.path.exists(path) and not any(mark in path for mark in "*?[%{"):
+    path = None if isinstance(input, Scene) else os.fspath(input)
+    if path is not None and not os.path.exists(path) and not any(mark in path for mark in "*?[%{"):
         raise FileNotFoundError(f"there is no folder of pictures {path!r}")
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
@@ -111,6 +113,9 @@ def run(
     }
     flags = [name for name, wanted in (("force", force), ("overlay", overlay), ("quiet", not progress)) if wanted]
     with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
+        if isinstance(input, Scene):
+            path = str(Path(scratch, "scene.toml"))
+            Path(path).write_text(input.toml, encoding="utf-8")
         if parameters or not (params is None or isinstance(params, os.PathLike)):
             # The command line has no flag for each parameter, but it takes a file with all of them.
             file = Path(scratch, "params.toml")
@@ -123,7 +128,7 @@ def run(
         results = Path(scratch, "out") if out is None else Path(out)
         options["out"] = str(results)
         given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", path])
+        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", str(path)])
         summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
         detections = _read_table(Path(results, "detections.csv"))
     return Run(detections, summary["frames"], None if out is None else results, summary)

@@ -25,7 +25,58 @@ class Detection(NamedTuple):
     trace: int
 
 
-class Detections:
+class Table:
+    """Named NumPy columns of one length.
+
+    `len(t)`, iteration and `t[i]` give rows; `t[slice]`, `t[mask]` and `t[indices]` give a table of the same kind.
+    """
+
+    __slots__ = ()
+    names: ClassVar[tuple[str, ...]] = ()
+    row: ClassVar[Any] = tuple
+
+    def __init__(self, **columns: NDArray[Any]) -> None:
+        if set(columns) != set(self.names):
+            raise TypeError(f"{type(self).__name__}() takes the columns {', '.join(self.names)}")
+        if len({column.shape for column in columns.values()}) != 1 or columns[self.names[0]].ndim != 1:
+            raise ValueError("the columns must be one-dimensional and of one length")
+        for name, column in columns.items():
+            setattr(self, name, column)
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns by name, ready for a data frame or `numpy.savez`."""
+        return {name: getattr(self, name) for name in self.names}
+
+    def __len__(self) -> int:
+        return len(getattr(self, self.names[0]))
+
+    def __iter__(self) -> Iterator[Any]:
+        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
+        return map(self.row._make, rows)
+
+    @overload
+    def __getitem__(self, index: int | np.integer[Any]) -> Any: ...
+    @overload
+    def __getitem__(self, index: slice | NDArray[Any] | list[int] | list[bool]) -> Self: ...
+    def __getitem__(self, index: Any) -> Any:
+        picked = {name: column[index] for name, column in self.columns.items()}
+        if picked[self.names[0]].ndim == 0:
+            return self.row(*(value.item() for value in picked.values()))
+        return type(self)(**picked)
+
+    def __repr__(self) -> str:
+        lines = [f"{type(self).__name__}: {len(self)}"]
+        if len(self):
+            lines.append(" ".join(f"{name:>10}" for name in self.names))
+        for row in self[:10]:
+            lines.append(" ".join(f"{value:>10.4g}" if type(value) is float else f"{value!s:>10}" for value in row))
+        if len(self) > 10:
+            lines.append(f"... {len(self) - 10} more")
+        return "\n".join(lines)
+
+
+class Detections(Table):
     """Detections as NumPy columns of one length, strongest first.
 
     x, y, score, direction: float32; trace: int64; meanings and units as in `Detection`. `len(d)`, iteration and `d[i]`
@@ -48,46 +99,6 @@ class Detections:
     score: NDArray[np.float32]
     direction: NDArray[np.float32]
     trace: NDArray[np.int64]
-
-    def __init__(self, **columns: NDArray[Any]) -> None:
-        if set(columns) != set(self.names):
-            raise TypeError(f"{type(self).__name__}() takes the columns {', '.join(self.names)}")
-        if len({column.shape for column in columns.values()}) != 1 or columns["x"].ndim != 1:
-            raise ValueError("the columns must be one-dimensional and of one length")
-        for name, column in columns.items():
-            setattr(self, name, column)
-
-    @property
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, ready for a data frame or `numpy.savez`."""
-        return {name: getattr(self, name) for name in self.names}
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-    def __iter__(self) -> Iterator[Any]:
-        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
-        return map(self.row._make, rows)
-
-    @overload
-    def __getitem__(self, index: int | np.integer[Any]) -> Any: ...
-    @overload
-    def __getitem__(self, index: slice | NDArray[Any] | list[int] | list[bool]) -> Self: ...
-    def __getitem__(self, index: Any) -> Any:
-        picked = {name: column[index] for name, column in self.columns.items()}
-        if picked["x"].ndim == 0:
-            return self.row(*(value.item() for value in picked.values()))
-        return type(self)(**picked)
-
-    def __repr__(self) -> str:
-        lines = [f"{type(self).__name__}: {len(self)}"]
-        if len(self):
-            lines.append(" ".join(f"{name:>10}" for name in self.names))
-        for row in self[:10]:
-            lines.append(" ".join(f"{value:>10.4g}" if type(value) is float else f"{value:>10}" for value in row))
-        if len(self) > 10:
-            lines.append(f"... {len(self) - 10} more")
-        return "\n".join(lines)
 
 
 class RunDetection(NamedTuple):

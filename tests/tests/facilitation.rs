@@ -26,7 +26,8 @@ fn watch(scene: &Scene, from: usize, mut look: impl FnMut(usize, &Array3<f32>, &
         renderer.frame_into(t, &mut frame);
         detector.process_into(frame.view(), &mut response).expect("a valid frame");
         if t >= from {
-            look(t, &detector.probe().stage(Stage::E), &detector.probe().stage(Stage::Q));
+            let see = |stage| detector.probe().stage(stage).expect("apg-STMD has it");
+            look(t, &see(Stage::E), &see(Stage::Q));
         }
     }
 }

@@ -18,13 +18,16 @@ Examples:
   apgstmd demo                                     a made-up scene, found against the truth
   apgstmd run frames/ --speed 1 --out found        targets that move about 1 pixel a frame
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
-  apgstmd params --preset paper > paper.toml       every parameter with its meaning";
+  apgstmd params --preset paper > paper.toml       every parameter with its meaning
+  apgstmd synth --demo --out scene                 a scene as pictures with ground truth
+  apgstmd eval found scene --html report.html      detections judged against the truth";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
   apgstmd run frames/ --speed 1                    writes ./frames-apgstmd/detections.csv and run.json
   apgstmd run 'frames/f_%05d.tif' --overlay        annotated pictures and a contact strip as well
   apgstmd run frames/ --out - --format jsonl | jq .score
+  apgstmd run scene.toml --speed 0.25              a made-up scene, without pictures on disk
   apgstmd run frames/ --dump E,Q --dump-frames 60,120..130 --out inside
 
 Speed is what matters most: the model is tuned to one, and sees little below half and above twice of it. With --step N
@@ -34,12 +37,16 @@ Exit codes: 0 done, 1 failed, 2 wrong arguments or parameters, 130 interrupted (
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Detect targets in a folder or pattern of pictures.
+    /// Detect targets in a folder or pattern of pictures, or in a scene.
     Run(Box<RunArgs>),
     /// Make a scene, detect its targets, compare with the truth.
     Demo(DemoArgs),
     /// Print the full parameter file, every value with its meaning and range.
     Params(ModelArgs),
+    /// Draw a scene with moving targets as pictures, with its ground truth.
+    Synth(SynthArgs),
+    /// Judge detections against ground truth.
+    Eval(EvalArgs),
 }
 
 /// A ready-made parameter set.
@@ -136,7 +143,7 @@ pub struct ModelArgs {
 #[command(after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
     /// Folder of pictures, or a quoted pattern ('frames/*.png', 'f_%05d.tif'): PNG, JPEG, TIFF, BMP, PGM or PPM, taken in
-    /// natural order (2 before 10)
+    /// natural order (2 before 10). Or SCENE.toml, a scene as `apgstmd synth` takes it, drawn on the way
     pub input: PathBuf,
 
     #[command(flatten)]
@@ -209,4 +216,105 @@ pub struct DemoArgs {
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+const SYNTH_EXAMPLES: &str = "\
+Examples:
+  apgstmd synth --print > scene.toml               an example with every key, to be changed
+  apgstmd synth scene.toml --out scene             writes scene/scene_000000.png ..., truth.csv, scene.toml
+  apgstmd synth --paper --out paper --bit-depth 16
+  apgstmd run scene.toml --speed 1                 the same frames straight into the model
+
+truth.csv has the columns frame,id,x,y,w,h,visible,contrast: frames count from 0; x, y is the upper left edge of the
+target's part inside the picture, pixel i lying between edge i and edge i + 1, so that its centre as an array index is
+x + w/2 - 0.5; visible is 0 when less than half of it can be seen; contrast is Weber's, against the 10 px around it.";
+
+/// Flags of `apgstmd synth`.
+#[derive(Debug, Args)]
+#[command(after_help = SYNTH_EXAMPLES)]
+pub struct SynthArgs {
+    /// Scene file; the picture of a panorama is looked for beside it
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
+    /// The scene of `apgstmd demo` instead
+    #[arg(long, conflicts_with_all = ["scene", "paper"])]
+    pub demo: bool,
+    /// The paper's default stimulus instead: a black square of 5 px before white, 0.25 px/frame
+    #[arg(long, conflicts_with = "scene")]
+    pub paper: bool,
+    /// Folder for the pictures and their truth, made if missing
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Number of frames, in place of the scene's
+    #[arg(long, value_name = "N")]
+    pub frames: Option<usize>,
+    /// Seed of background and noise, in place of the scene's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Bits of the grey PNG files, 8 or 16
+    #[arg(long, value_name = "B", default_value_t = 8)]
+    pub bit_depth: u32,
+    /// Print the scene and draw nothing; without a scene, an example with every key
+    #[arg(long)]
+    pub print: bool,
+    /// Replace the scene that DIR already holds (only files that this program wrote)
+    #[arg(long)]
+    pub force: bool,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+const EVAL_EXAMPLES: &str = "\
+Examples:
+  apgstmd eval found/ scene/                       results of `run` against the truth of `synth`
+  apgstmd eval found/ boxes.csv --html report.html
+  apgstmd eval tracker.txt gt.txt --frames 750 --json > numbers.json
+
+A detection is true when it lies within 5 px of the centre of a visible target or inside its box grown by 2 px, one to
+one, best score first. Targets that are not visible and boxes to ignore neither reward nor punish. Box files have the
+columns frame,x,y,w,h and perhaps visible, id, ignore, contrast; frames count from 0, x, y is the upper left edge. In
+MOTChallenge text (no header; frame,id,left,top,width,height,conf,...) frames and pixels count from 1.";
+
+/// Flags of `apgstmd eval`.
+#[derive(Debug, Args)]
+#[command(after_help = EVAL_EXAMPLES)]
+pub struct EvalArgs {
+    /// Results folder of `run`, its detections.csv or detections.jsonl, or MOTChallenge text
+    pub detections: PathBuf,
+    /// Folder of `synth`, truth.csv, another box CSV, MOTChallenge text, or SCENE.toml
+    pub truth: PathBuf,
+
+    /// Write one page with the table and both curves, complete in itself
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub html: Option<PathBuf>,
+    /// Print everything as JSON in place of the table
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+    /// Write the curve, a row for each threshold
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub csv: Option<PathBuf>,
+    /// Print nothing but errors and what --json asks for
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
+
+    /// How many frames the detector saw, counted from 0 [default: as run.json beside the detections says, else up to
+    /// the last frame that is named]
+    #[arg(long, value_name = "N", help_heading = "Judging")]
+    pub frames: Option<usize>,
+    /// First frame to judge
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Judging")]
+    pub start: usize,
+    /// Stop before this frame
+    #[arg(long, value_name = "N", help_heading = "Judging")]
+    pub stop: Option<usize>,
+    /// Farthest a true detection may lie from the centre of its target
+    #[arg(long, value_name = "PX", default_value_t = 5.0, allow_negative_numbers = true, help_heading = "Judging")]
+    pub radius: f64,
+    /// How far beyond the box of its target a true detection may lie
+    #[arg(long, value_name = "PX", default_value_t = 2.0, allow_negative_numbers = true, help_heading = "Judging")]
+    pub margin: f64,
 }

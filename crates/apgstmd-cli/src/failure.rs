@@ -88,6 +88,13 @@ pub fn reason(error: &io::Error) -> String {
     }
 }
 
+/// TOML errors quote the line they mean; in one line of text only the place and the reason help.
+pub(crate) fn without_snippet(error: &impl Display) -> String {
+    let quoted =
+        |line: &&str| line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim().starts_with('|');
+    error.to_string().lines().filter(|line| !quoted(line)).collect::<Vec<_>>().join(": ")
+}
+
 impl From<clap::Error> for Failure {
     /// clap's message in our form.
     fn from(error: clap::Error) -> Self {

@@ -7,6 +7,8 @@ pub mod args;
 pub mod commands;
 pub mod failure;
 pub mod interrupt;
+pub mod judge;
+pub mod report;
 pub mod settings;
 pub mod sink;
 pub mod source;
@@ -62,6 +64,8 @@ fn execute(arguments: Arguments) -> Outcome {
         Command::Run(args) => commands::run::main(args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),
+        Command::Synth(args) => commands::synth::main(args),
+        Command::Eval(args) => commands::eval::main(&args),
     }
 }
 

@@ -10,16 +10,16 @@ use apgstmd_core::{MOST_THREADS, MissingStage, Model, ParamError, Params, Preset
 
 use crate::Outcome;
 use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
-use crate::failure::{Failure, reason};
-use crate::source::{Listing, Selection};
+use crate::failure::{Failure, reason, without_snippet};
+use crate::source::{Input, Selection};
 
 /// Everything `apgstmd run` needs.
 pub struct RunSettings {
     /// INPUT as given.
     pub input: PathBuf,
-    /// Its pictures.
-    pub listing: Listing,
-    /// Which of them are used.
+    /// Its pictures or scene.
+    pub source: Input,
+    /// Which frames of it are used.
     pub selection: Selection,
     /// Bits that 16-bit samples use.
     pub bit_depth: Option<u32>,
@@ -80,12 +80,15 @@ impl RunSettings {
                 "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
             )));
         }
-        let listing = Listing::of(&args.input)?;
-        let selection = Selection::new(args.start, args.stop, args.step, listing.files.len())?;
+        let source = Input::of(&args.input)?;
+        if let (Input::Scene(_), Some(_)) = (&source, args.bit_depth) {
+            return Err(Failure::usage("--bit-depth is for pictures: a scene is drawn in floating point"));
+        }
+        let selection = Selection::new(args.start, args.stop, args.step, source.count())?;
         let mut formats = args.format;
         let mut seen = HashSet::new();
         formats.retain(|format| seen.insert(*format as u8));
-        let destination = destination(args.out, &args.input, &listing)?;
+        let destination = destination(args.out, &args.input, &source)?;
         if destination == Destination::Stdout {
             if formats.len() > 1 {
                 return Err(Failure::usage("--out - takes one --format: csv or jsonl"));
@@ -110,7 +113,7 @@ impl RunSettings {
         };
         Ok(Self {
             input: args.input,
-            listing,
+            source,
             selection,
             bit_depth: args.bit_depth,
             params,
@@ -197,38 +200,24 @@ pub fn resolve_threads(threads: Option<usize>) -> Outcome<usize> {
     }
 }
 
-/// TOML errors quote the line they mean; in one line of text only the place and the reason help.
-fn without_snippet(error: &ParamError) -> String {
-    let quoted =
-        |line: &&str| line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim().starts_with('|');
-    error.to_string().lines().filter(|line| !quoted(line)).collect::<Vec<_>>().join(": ")
-}
-
-fn destination(out: Option<PathBuf>, input: &Path, listing: &Listing) -> Outcome<Destination> {
+fn destination(out: Option<PathBuf>, input: &Path, source: &Input) -> Outcome<Destination> {
     let folder = match out {
         Some(out) if out.as_os_str() == "-" => return Ok(Destination::Stdout),
         Some(out) if out.as_os_str().is_empty() => return Err(Failure::usage("--out is empty: name a folder, or -")),
         Some(out) => out,
-        None => default_folder(listing),
+        // `clips/cam0/` -> `cam0-apgstmd` in the current folder.
+        None => PathBuf::from(format!("{}-apgstmd", source.name())),
     };
-    if let (Ok(folder), Ok(pictures)) = (folder.canonicalize(), listing.folder.canonicalize())
-        && folder == pictures
+    if let (Ok(to), Ok(pictures)) = (folder.canonicalize(), input.canonicalize())
+        && to == pictures
         && input.is_dir()
     {
         return Err(Failure::usage(format_args!(
             "--out {} is the INPUT folder: name another, or the strip of pictures would be read as a frame next time",
-            folder.display()
+            to.display()
         )));
     }
     Ok(Destination::Folder(folder))
-}
-
-/// `clips/cam0/` -> `cam0-apgstmd` in the current folder.
-fn default_folder(listing: &Listing) -> PathBuf {
-    let folder = if listing.folder.as_os_str().is_empty() { Path::new(".") } else { &listing.folder };
-    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-    let name = folder.file_name().map_or("frames".into(), |name| name.to_string_lossy());
-    PathBuf::from(format!("{name}-apgstmd"))
 }
 
 fn stage_list(text: &str, model: Model) -> Outcome<Vec<Stage>> {

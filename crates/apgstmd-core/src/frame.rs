@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use ndarray::{ArrayView2, ArrayView3, Axis};
+use ndarray::{Array2, ArrayView2, ArrayView3, Axis};
 
 use crate::error::FrameError;
 use crate::plane::Plane;
@@ -94,6 +94,16 @@ impl<'a> Frame<'a> {
     pub fn size(&self) -> Size {
         let (height, width, _) = self.dim();
         Size { height, width }
+    }
+
+    /// The luminance in [0, 1] that the detector sees, (rows, columns).
+    ///
+    /// # Errors
+    /// Samples that are no luminance, another number of channels than 1, 3 or 4.
+    pub fn luminance(&self) -> Result<Array2<f32>, FrameError> {
+        let mut plane = Plane::new(self.size());
+        self.write_luminance(&mut plane)?;
+        Ok(plane.view().to_owned())
     }
 
     fn dim(&self) -> (usize, usize, usize) {
@@ -203,10 +213,7 @@ mod tests {
     use ndarray::{Array2, Array3, s};
 
     fn luminance<'a>(frame: impl Into<Frame<'a>>) -> Result<Vec<f32>, FrameError> {
-        let frame = frame.into();
-        let mut plane = Plane::new(frame.size());
-        frame.write_luminance(&mut plane)?;
-        Ok((0..frame.size().height).flat_map(|y| plane.row(y).to_vec()).collect())
+        frame.into().luminance().map(|seen| seen.iter().copied().collect())
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The one place where the core's errors become Python exceptions.
 
+use apgstmd_cli::failure::Failure;
 use apgstmd_core::{FrameError, MissingStage, ParamError, UnknownModel, UnknownStage};
 use pyo3::PyErr;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
@@ -18,6 +19,16 @@ impl From<ParamError> for Error {
         match error {
             ParamError::ThreadStart { .. } => Self::State(error.to_string()),
             _ => Self::Value(error.to_string()),
+        }
+    }
+}
+
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Self {
+        let message = failure.text().unwrap_or_default();
+        match failure {
+            Failure::Usage(_) => Self::Value(message),
+            _ => Self::State(message),
         }
     }
 }

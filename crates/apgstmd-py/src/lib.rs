@@ -4,8 +4,10 @@
 mod arrays;
 mod detector;
 mod errors;
+mod evaluation;
 mod params;
 mod program;
+mod scene;
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -18,6 +20,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let models = apgstmd_core::Model::ALL.iter().map(|model| model.name());
     module.add("MODELS", PyTuple::new(module.py(), models)?)?;
     module.add_class::<detector::Detector>()?;
+    module.add_class::<scene::Scene>()?;
+    module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(program::run, module)?)?;

@@ -77,7 +77,7 @@ fn to_table(sections: &Bound<'_, PyDict>) -> PyResult<Table> {
 }
 
 /// Plain and NumPy scalars alike; bool before int, because Python's bool is one.
-fn to_toml(value: &Bound<'_, PyAny>) -> Option<Value> {
+pub(crate) fn to_toml(value: &Bound<'_, PyAny>) -> Option<Value> {
     if let Ok(text) = value.cast::<PyString>() {
         return text.extract().ok().map(Value::String);
     }

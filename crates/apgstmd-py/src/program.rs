@@ -31,13 +31,9 @@ pub fn run_cli(py: Python<'_>, argv: Vec<OsString>) -> u8 {
 #[pyfunction]
 pub fn run(py: Python<'_>, argv: Vec<OsString>) -> PyResult<()> {
     let outcome = attended(py, || apgstmd_cli::run_with(argv))?;
-    outcome.map_err(|failure| {
-        let message = failure.text().unwrap_or_default();
-        match failure {
-            Failure::Interrupted => PyKeyboardInterrupt::new_err(()),
-            Failure::Usage(_) => Error::Value(message).into(),
-            _ => Error::State(message).into(),
-        }
+    outcome.map_err(|failure| match failure {
+        Failure::Interrupted => PyKeyboardInterrupt::new_err(()),
+        failure => Error::from(failure).into(),
     })
 }
 

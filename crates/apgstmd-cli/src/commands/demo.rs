@@ -122,6 +122,7 @@ fn write_record(
             stop: scene.frames,
             step: 1,
             bit_depth: None,
+            scene: Some(scene),
         },
         size: size.into(),
         threads,

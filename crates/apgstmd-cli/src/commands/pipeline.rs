@@ -185,7 +185,8 @@ fn nothing_usable(skipped: &[Skipped]) -> Failure {
     }
 }
 
-fn progress_bar(expected: Option<usize>, quiet: bool) -> ProgressBar {
+/// Hidden when `quiet`; drawn on stderr otherwise.
+pub(super) fn progress_bar(expected: Option<usize>, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }

@@ -14,20 +14,20 @@ use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
 use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
-use crate::source::PictureFiles;
+use crate::source;
 
 pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     let settings = RunSettings::resolve(*args)?;
     let results = check_results(&settings)?;
     interrupt::listen();
-    let mut source = PictureFiles::new(settings.listing.clone(), settings.selection, settings.bit_depth);
+    let mut source = settings.source.open(settings.selection, settings.bit_depth);
     let options = Options {
         params: &settings.params,
         threads: settings.threads,
         on_error: settings.on_error,
         quiet: settings.quiet,
     };
-    let report = drive(&mut source, &options, || open_sinks(&settings, &results));
+    let report = drive(&mut *source, &options, || open_sinks(&settings, &results));
     let recorded = match &settings.destination {
         Destination::Folder(folder) => write_record(&settings, &report, folder),
         Destination::Stdout => Ok(()),
@@ -90,11 +90,15 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         command: "run",
         input: Input {
             path: settings.input.display().to_string(),
-            pictures: settings.listing.files.len(),
+            pictures: settings.source.count(),
             start: settings.selection.start,
             stop: settings.selection.stop,
             step: settings.selection.step,
             bit_depth: settings.bit_depth,
+            scene: match &settings.source {
+                source::Input::Scene(file) => Some(file.scene()),
+                source::Input::Pictures(_) => None,
+            },
         },
         size: size.into(),
         threads: settings.threads,

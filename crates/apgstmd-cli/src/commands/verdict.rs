@@ -6,6 +6,8 @@ use apgstmd_core::evaluation::{EvaluationError, Options, Scored, TruthBox, evalu
 use apgstmd_core::stimulus::Truth;
 use serde::Serialize;
 
+use crate::report::align;
+
 /// False alarms a frame that the threshold is chosen for.
 const ALARMS: f64 = 0.1;
 
@@ -214,18 +216,6 @@ pub(super) fn speed_of_targets(truth: &[Truth]) -> f64 {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0usize, 0.0), |(count, sum), value| (count + 1, sum + value));
     if count == 0 { 0.0 } else { sum / count as f64 }
-}
-
-fn align<const N: usize>(rows: &[[String; N]]) -> String {
-    let widths: [usize; N] =
-        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    let mut text = String::new();
-    for row in rows {
-        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-        text += cells.join("   ").trim_end();
-        text.push('\n');
-    }
-    text
 }
 
 #[cfg(test)]

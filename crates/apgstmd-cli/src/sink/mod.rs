@@ -2,8 +2,10 @@
 
 pub mod dump;
 pub mod overlay;
+mod png;
 pub mod results;
 pub mod run_json;
+pub mod scene_folder;
 pub mod table;
 
 use apgstmd_core::{Probe, Response};

@@ -1,11 +1,10 @@
 //! The results folder: nothing in it is ever overwritten unasked, and asked, only what this program wrote.
 
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::dump::is_dump;
-use super::overlay::is_overlay;
+use super::png;
 use crate::Outcome;
 use crate::failure::Failure;
 
@@ -79,7 +78,7 @@ impl Results {
         let mut files = Vec::new();
         if let Some(folder) = &self.folder {
             files.extend(SINGLE_FILES.iter().map(|name| folder.join(name)).filter(|path| path.is_file()));
-            files.extend(files_in(&folder.join(OVERLAY)).filter(|path| begins_as_overlay(path)));
+            files.extend(files_in(&folder.join(OVERLAY)).filter(|path| png::is_ours(path)));
         }
         if let Some(dumps) = &self.dumps {
             files.extend(files_in(dumps).filter(|path| is_dump(path)));
@@ -98,10 +97,4 @@ fn refuse_file(folder: &Path) -> Outcome {
 
 fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> {
     fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).filter(|path| path.is_file())
-}
-
-fn begins_as_overlay(path: &Path) -> bool {
-    const ENOUGH: u64 = 256;
-    let mut head = Vec::new();
-    File::open(path).is_ok_and(|file| file.take(ENOUGH).read_to_end(&mut head).is_ok()) && is_overlay(&head)
 }

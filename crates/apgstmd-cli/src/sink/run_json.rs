@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use apgstmd_core::stimulus::Scene;
 use apgstmd_core::{Params, Size};
 use serde::Serialize;
 
@@ -24,7 +25,7 @@ pub struct RunRecord<'a> {
     /// `run` or `demo`.
     pub command: &'static str,
     /// What went in.
-    pub input: Input,
+    pub input: Input<'a>,
     /// Size of the frames.
     pub size: SizeRecord,
     /// Threads.
@@ -54,10 +55,10 @@ pub struct RunRecord<'a> {
 
 /// What went in.
 #[derive(Debug, Serialize)]
-pub struct Input {
+pub struct Input<'a> {
     /// INPUT as given.
     pub path: String,
-    /// Pictures there.
+    /// Pictures there, or frames of the scene.
     pub pictures: usize,
     /// First used.
     pub start: usize,
@@ -67,6 +68,9 @@ pub struct Input {
     pub step: usize,
     /// Declared bits of 16-bit samples.
     pub bit_depth: Option<u32>,
+    /// The scene, where it was no pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<&'a Scene>,
 }
 
 /// Rows and columns.

@@ -37,7 +37,7 @@ impl Listing {
             (fixed_part(pattern), glob_files(pattern)?)
         } else {
             return Err(Failure::failed(format_args!("there is no folder {}", input.display()))
-                .hint("INPUT is a folder of pictures or a quoted pattern such as 'frames/*.png'"));
+                .hint("INPUT is a folder of pictures, a quoted pattern such as 'frames/*.png', or SCENE.toml"));
         };
         let found = candidates.len();
         let mut files: Vec<PathBuf> = candidates.into_iter().filter(|path| is_picture(path)).collect();
@@ -70,7 +70,8 @@ fn single_file(input: &Path) -> Failure {
     }
 }
 
-fn is_picture(path: &Path) -> bool {
+/// Whether a file is taken for a frame, by its name.
+pub(crate) fn is_picture(path: &Path) -> bool {
     let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     !hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && path.is_file()

@@ -1,17 +1,24 @@
-//! Where frames come from. Folders and patterns of pictures today; video and pipes can join as further [`FrameSource`]s.
+//! Where frames come from. Folders and patterns of pictures, and scenes; video and pipes can join
+//! as further [`FrameSource`]s.
 
 mod decode;
 mod files;
+mod input;
 mod listing;
 mod scene;
+mod scene_file;
 mod selection;
 
 use apgstmd_core::{Frame, Size};
 use ndarray::Array3;
 
 pub use files::PictureFiles;
+pub use input::Input;
 pub use listing::Listing;
+pub(crate) use listing::is_picture;
 pub use scene::SceneFrames;
+pub(crate) use scene::frame_name;
+pub use scene_file::{Overrides, SceneFile, is_scene};
 pub use selection::Selection;
 
 /// A stream of numbered frames.

@@ -3,36 +3,47 @@
 use apgstmd_core::stimulus::Renderer;
 use ndarray::Axis;
 
-use super::{Arrival, FrameSource, Picture, Pixels};
+use super::{Arrival, FrameSource, Picture, Pixels, Selection};
 
 /// The frames of a renderer's scene.
 pub struct SceneFrames<'a> {
     renderer: &'a Renderer,
+    selection: Selection,
     next: usize,
 }
 
 impl<'a> SceneFrames<'a> {
-    /// From its first frame.
+    /// All of them.
     pub fn new(renderer: &'a Renderer) -> Self {
-        Self { renderer, next: 0 }
+        Self::selected(renderer, Selection { start: 0, stop: renderer.scene().frames, step: 1 })
     }
+
+    /// Some of them.
+    pub fn selected(renderer: &'a Renderer, selection: Selection) -> Self {
+        Self { renderer, selection, next: selection.start }
+    }
+}
+
+/// What a frame of a scene is called in tables and, with an ending, on disk.
+pub(crate) fn frame_name(frame: usize) -> String {
+    format!("scene_{frame:06}")
 }
 
 impl FrameSource for SceneFrames<'_> {
     fn expected(&self) -> Option<usize> {
-        Some(self.renderer.scene().frames)
+        Some(self.selection.frames().len())
     }
 
     fn next_frame(&mut self) -> Option<Arrival> {
         let frame = self.next;
-        if frame >= self.renderer.scene().frames {
+        if !self.selection.contains(frame) {
             return None;
         }
-        self.next += 1;
+        self.next += self.selection.step;
         let pixels = Pixels::F32(self.renderer.frame(frame).insert_axis(Axis(2)));
         Some(Arrival {
             frame,
-            name: format!("scene_{frame:06}"),
+            name: frame_name(frame),
             origin: format!("frame {frame} of the scene"),
             picture: Ok(Picture { pixels, bits: None }),
         })

@@ -3,13 +3,13 @@
 mod annotate;
 mod canvas;
 mod inset;
-mod png;
 mod strip;
 mod tone;
 mod trails;
 
 use std::collections::{HashSet, VecDeque};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::Size;
@@ -19,11 +19,9 @@ use self::canvas::Canvas;
 use self::tone::Tone;
 use self::trails::Trails;
 use super::results::{OVERLAY, STRIP};
-use super::{Seen, Sink};
+use super::{Seen, Sink, png as picture};
 use crate::Outcome;
 use crate::failure::Failure;
-
-pub use self::png::is_overlay;
 
 /// Width that small frames are enlarged to, about, px.
 const FRAME_WIDTH: f32 = 1200.0;
@@ -101,7 +99,7 @@ impl Sink for Overlay {
         if let Some(folder) = self.frames.clone() {
             let drawn = annotate(&scene, frame_scale(size));
             let path = folder.join(file_name(&mut self.names, seen.name, seen.frame));
-            png::write(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
+            save(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
         }
         if on_strip {
             while self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted) {
@@ -118,8 +116,13 @@ impl Sink for Overlay {
         }
         let title = format!("{}   {} frames, {} detections", self.title, self.count, self.detections);
         let sheet = strip::assemble(&self.tiles, &title);
-        png::write(&self.strip, &sheet).map_err(|error| Failure::write(&self.strip, error))
+        save(&self.strip, &sheet).map_err(|error| Failure::write(&self.strip, error))
     }
+}
+
+fn save(path: &Path, canvas: &Canvas) -> io::Result<()> {
+    let size = (canvas.width(), canvas.height());
+    picture::write(path, size, (png::ColorType::Rgb, png::BitDepth::Eight), &canvas.rgb())
 }
 
 /// Whole numbers keep pixels square and crisp.

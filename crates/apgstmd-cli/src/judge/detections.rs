@@ -1,0 +1,71 @@
+//! Detections from a results folder, a table or MOTChallenge text, with what run.json beside them tells.
+
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::evaluation::{Scored, detections_from_text};
+use serde::Deserialize;
+
+use super::{RunFrames, read_text, unreadable};
+use crate::Outcome;
+use crate::failure::Failure;
+use crate::sink::results::{CSV, JSONL, RUN};
+
+const ORDER: &str = "DETECTIONS comes first: a table with frame,x,y,score, or MOTChallenge text; then TRUTH";
+
+/// Detections and where they came from.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The file they were read from.
+    pub file: PathBuf,
+    /// The detections.
+    pub detections: Vec<Scored>,
+    /// Which frames were processed, where run.json of this program says so.
+    pub run: Option<RunFrames>,
+}
+
+/// Reads detections.
+///
+/// # Errors
+/// Names the file, the line, what stands there and what was expected.
+pub fn read_detections(path: &Path) -> Outcome<Found> {
+    let file = if path.is_dir() { table_of(path)? } else { path.to_owned() };
+    let text = read_text(&file)?;
+    let detections = if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl")) {
+        text.lines().enumerate().map(|(i, line)| from_json(line, i + 1, &file)).collect::<Outcome<_>>()?
+    } else {
+        detections_from_text(&text).map_err(|error| unreadable(&file, &error, ORDER))?
+    };
+    let run = RunFrames::beside(&file)?;
+    Ok(Found { file, detections, run })
+}
+
+fn table_of(folder: &Path) -> Outcome<PathBuf> {
+    let file = [CSV, JSONL].map(|name| folder.join(name)).into_iter().find(|file| file.is_file());
+    file.ok_or_else(|| {
+        let finished = if folder.join(RUN).is_file() { "" } else { " nor run.json" };
+        Failure::failed(format_args!("there is no {CSV} or {JSONL}{finished} in {}", folder.display()))
+            .hint("DETECTIONS is a results folder of `apgstmd run`, or a file")
+    })
+}
+
+/// A row of detections.jsonl. NaN, which JSON has not, is null.
+#[derive(Deserialize)]
+struct Row {
+    frame: usize,
+    x: f64,
+    y: f64,
+    score: f64,
+    direction_rad: Option<f64>,
+}
+
+fn from_json(line: &str, number: usize, file: &Path) -> Outcome<Scored> {
+    let Row { frame, x, y, score, direction_rad } = serde_json::from_str(line).map_err(|error| {
+        let error = error.to_string();
+        let what = error.split(" at line ").next().unwrap_or_default();
+        Failure::failed(format_args!(
+            "{}: line {number}: found {what}, but expected an object with frame, x, y, score",
+            file.display()
+        ))
+    })?;
+    Ok(Scored { frame, x, y, score, direction: direction_rad })
+}

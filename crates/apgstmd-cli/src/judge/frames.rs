@@ -1,0 +1,207 @@
+//! Which frames are judged: those that the detector saw, as far as anything tells.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::evaluation::{Options, Scored, TruthBox};
+use serde::Deserialize;
+
+use crate::Outcome;
+use crate::failure::{Failure, reason};
+use crate::sink::results::RUN;
+
+/// What told how many frames there were.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// This run.json.
+    Run(PathBuf),
+    /// The caller.
+    Given,
+    /// Nothing: they reach to the last frame that is named.
+    Named,
+}
+
+/// Frames that are judged, in order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frames {
+    /// Frames start, start + step, ... below stop, but for those skipped.
+    start: usize,
+    stop: usize,
+    step: usize,
+    skipped: Vec<usize>,
+    origin: Origin,
+}
+
+impl Frames {
+    /// The frames that `run`, or else `given`, or else the lists themselves tell of; of them those from `start` up to
+    /// `stop`.
+    ///
+    /// # Errors
+    /// No frame is left; `run` and `given` contradict each other.
+    pub fn resolve(
+        run: Option<&RunFrames>,
+        given: Option<usize>,
+        (start, stop): (usize, Option<usize>),
+        found: &[Scored],
+        truth: &[TruthBox],
+    ) -> Outcome<Self> {
+        if let Some(stop) = stop.filter(|stop| *stop <= start) {
+            return Err(Failure::usage(format_args!("--stop {stop} is not above --start {start}")));
+        }
+        let whole = |stop, origin| Self { start: 0, stop, step: 1, skipped: Vec::new(), origin };
+        let mut frames = match (run, given) {
+            (Some(run), given) => {
+                run.agrees_with(given)?;
+                run.frames.clone()
+            }
+            (None, Some(0)) => return Err(Failure::usage("--frames is 0, but it must be at least 1")),
+            (None, Some(count)) => whole(count, Origin::Given),
+            (None, None) => match stop {
+                Some(stop) => whole(stop, Origin::Given),
+                None => whole(Options::spanning(found, truth).frames.end, Origin::Named),
+            },
+        };
+        let (first, end) = (frames.start, frames.stop);
+        if start > first {
+            frames.start = first + (start - first).div_ceil(frames.step) * frames.step;
+        }
+        frames.stop = stop.map_or(end, |stop| stop.min(end));
+        frames.skipped.retain(|frame| (frames.start..frames.stop).contains(frame));
+        if frames.start >= frames.stop || frames.count() == 0 {
+            return Err(Failure::usage(match (end > first, &frames.origin) {
+                (false, Origin::Named) => "neither the detections nor the truth name a frame: say how many there were \
+                                           with --frames"
+                    .to_owned(),
+                _ => format!(
+                    "there is no frame to judge from --start {start} on: there are frames {first} to {}",
+                    end - 1
+                ),
+            }));
+        }
+        Ok(frames)
+    }
+
+    /// The first one.
+    pub fn first(&self) -> usize {
+        self.start
+    }
+
+    /// The last one.
+    pub fn last(&self) -> usize {
+        self.start + (self.stop - 1 - self.start) / self.step * self.step
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.stop.saturating_sub(self.start).div_ceil(self.step) - self.skipped.len()
+    }
+
+    /// Who told.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// Whether some frames between the first and the last are left out.
+    pub fn has_gaps(&self) -> bool {
+        self.step > 1 || !self.skipped.is_empty()
+    }
+
+    /// Number of a frame among those that are judged.
+    pub fn rank(&self, frame: usize) -> Option<usize> {
+        let inside = (self.start..self.stop).contains(&frame) && (frame - self.start).is_multiple_of(self.step);
+        match (inside, self.skipped.binary_search(&frame)) {
+            (true, Err(before)) => Some((frame - self.start) / self.step - before),
+            _ => None,
+        }
+    }
+}
+
+/// The frames that a run processed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunFrames {
+    frames: Frames,
+    /// Frames of its input, used or not.
+    available: usize,
+    /// Whether it ended before its last frame.
+    pub ended_early: bool,
+}
+
+#[derive(Deserialize)]
+struct Record {
+    frames: usize,
+    skipped: Vec<Skipped>,
+    interrupted: bool,
+    error: Option<String>,
+    input: Input,
+}
+
+#[derive(Deserialize)]
+struct Skipped {
+    frame: usize,
+}
+
+#[derive(Deserialize)]
+struct Input {
+    pictures: usize,
+    start: usize,
+    stop: usize,
+    step: usize,
+}
+
+impl RunFrames {
+    /// From run.json in the folder of `file`; none where there is no such file, or it is another program's.
+    ///
+    /// # Errors
+    /// It is ours and cannot be used.
+    pub fn beside(file: &Path) -> Outcome<Option<Self>> {
+        let path = file.parent().unwrap_or(Path::new("")).join(RUN);
+        match fs::read_to_string(&path) {
+            Ok(text) => Self::parse(&text, &path),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(unusable(&path, &reason(&error))),
+        }
+    }
+
+    /// From the text of run.json; `path` names it.
+    ///
+    /// # Errors
+    /// As [`RunFrames::beside`].
+    pub fn parse(text: &str, path: &Path) -> Outcome<Option<Self>> {
+        let failed = |what: &str| unusable(path, what);
+        let value: serde_json::Value = serde_json::from_str(text).map_err(|error| failed(&error.to_string()))?;
+        if value["program"] != "apgstmd" {
+            return Ok(None);
+        }
+        let record: Record = serde_json::from_value(value).map_err(|error| failed(&error.to_string()))?;
+        let Input { pictures, start, stop, step } = record.input;
+        let taken = record.frames + record.skipped.len();
+        if step == 0 || start >= stop || taken == 0 {
+            return Err(failed("it holds no frames"));
+        }
+        // A run that ended early used the first so many.
+        let stop = stop.min(start.saturating_add((taken - 1).saturating_mul(step)).saturating_add(1));
+        let mut skipped: Vec<usize> = record.skipped.into_iter().map(|skipped| skipped.frame).collect();
+        skipped.sort_unstable();
+        let frames = Frames { start, stop, step, skipped, origin: Origin::Run(path.to_owned()) };
+        Ok(Some(Self { frames, available: pictures, ended_early: record.interrupted || record.error.is_some() }))
+    }
+
+    fn agrees_with(&self, given: Option<usize>) -> Outcome {
+        match (given, &self.frames.origin) {
+            (Some(given), Origin::Run(path)) if given != self.available && given != self.frames.count() => {
+                Err(Failure::usage(format_args!(
+                    "--frames is {given}, but {} says {}: leave it out, or judge a part with --start and --stop",
+                    path.display(),
+                    self.available
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn unusable(path: &Path, what: &str) -> Failure {
+    Failure::failed(format_args!("cannot use {}, which tells which frames were processed: {what}", path.display()))
+        .hint("move it away and say how many frames there were with --frames")
+}

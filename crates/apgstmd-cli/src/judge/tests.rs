@@ -1,0 +1,80 @@
+//! Which frames count.
+
+use super::*;
+
+fn run(text: &str) -> Outcome<Option<RunFrames>> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("run.json"), text).unwrap();
+    RunFrames::beside(&folder.path().join("detections.csv"))
+}
+
+fn record(frames: usize, skipped: &str, start: usize, stop: usize, step: usize) -> RunFrames {
+    let text = format!(
+        r#"{{"program": "apgstmd", "frames": {frames}, "skipped": {skipped}, "interrupted": false, "error": null,
+            "input": {{"pictures": 100, "start": {start}, "stop": {stop}, "step": {step}}}}}"#
+    );
+    run(&text).unwrap().unwrap()
+}
+
+fn frames(run: Option<&RunFrames>, given: Option<usize>, range: (usize, Option<usize>)) -> Outcome<Frames> {
+    Frames::resolve(run, given, range, &[Scored::new(7, 0.0, 0.0, 1.0)], &[TruthBox::new(9, [0.0; 4])])
+}
+
+/// Those that have a rank, in order, each one above the last.
+fn judged(frames: &Frames) -> Vec<usize> {
+    let all: Vec<usize> = (0..200).filter(|frame| frames.rank(*frame).is_some()).collect();
+    assert!(all.iter().enumerate().all(|(i, frame)| frames.rank(*frame) == Some(i)));
+    assert_eq!((frames.count(), frames.first(), frames.last()), (all.len(), all[0], *all.last().unwrap()));
+    all
+}
+
+#[test]
+fn run_json_before_frames_before_the_last_named() {
+    let all = record(100, "[]", 0, 100, 1);
+    assert_eq!(judged(&frames(Some(&all), Some(100), (0, None)).unwrap()).len(), 100);
+    assert_eq!(judged(&frames(None, Some(40), (0, None)).unwrap()).len(), 40);
+    let named = frames(None, None, (0, None)).unwrap();
+    assert_eq!((judged(&named).len(), named.origin()), (10, &Origin::Named));
+    assert_eq!(judged(&frames(None, None, (3, Some(30))).unwrap()).len(), 27);
+    assert_eq!(judged(&frames(None, Some(40), (3, Some(30))).unwrap()), (3..30).collect::<Vec<_>>());
+    assert!(frames(Some(&all), Some(99), (0, None)).is_err());
+    for range in [(10, None), (5, Some(5))] {
+        assert!(frames(None, None, range).is_err());
+    }
+    assert!(frames(None, Some(0), (0, None)).is_err());
+    assert!(Frames::resolve(None, None, (0, None), &[], &[]).is_err());
+}
+
+#[test]
+fn steps_skipped_pictures_and_early_ends() {
+    let stepped = record(4, "[]", 10, 22, 3);
+    assert_eq!(judged(&frames(Some(&stepped), None, (0, None)).unwrap()), [10, 13, 16, 19]);
+    assert_eq!(judged(&frames(Some(&stepped), None, (11, Some(19))).unwrap()), [13, 16]);
+    let gaps = record(3, r#"[{"frame": 13}]"#, 10, 22, 3);
+    assert_eq!(judged(&frames(Some(&gaps), None, (0, None)).unwrap()), [10, 16, 19]);
+    let early = record(5, "[]", 10, 90, 2);
+    assert_eq!(judged(&frames(Some(&early), None, (0, None)).unwrap()), [10, 12, 14, 16, 18]);
+}
+
+#[test]
+fn other_programs_may_have_a_run_json_too() {
+    assert_eq!(run(r#"{"program": "other"}"#).unwrap(), None);
+    assert_eq!(run("[]").unwrap(), None);
+    assert!(run(r#"{"program": "apgstmd"}"#).is_err());
+    assert!(run("{").is_err());
+}
+
+#[test]
+fn what_was_not_processed_is_no_miss() {
+    // Seen every second frame; the target is there in all of them and found in each that was seen.
+    let run = record(50, "[]", 0, 100, 2);
+    let truth: Vec<TruthBox> = (0..100).map(|t| TruthBox::new(t, [t as f64, 20.0, 4.0, 4.0])).collect();
+    let mut found: Vec<Scored> = (0..100).step_by(2).map(|t| Scored::new(t, t as f64 + 1.5, 21.5, 1.0)).collect();
+    found.extend((0..25).map(|t| Scored::new(2 * t, 90.0, 90.0, 0.5)));
+    let frames = Frames::resolve(Some(&run), None, (0, None), &found, &truth).unwrap();
+    let judgement = judge(&found, &truth, &frames, 5.0, 2.0).unwrap();
+    let e = &judgement.evaluation;
+    assert_eq!((e.frames, e.targets, e.true_detections, e.false_detections), (50, 50, 50, 25));
+    assert_eq!(e.all.point.unwrap().false_alarms, 0.5);
+    assert_eq!((judgement.detections_outside, judgement.truth_outside), (0, 50));
+}
