@@ -111,7 +111,7 @@ def test_properties() -> None:
     assert detector.latency > 0
     assert detector.lag > 0
     assert detector.frames == 0
-    assert repr(detector) == "Detector((48, 64), v_opt=1.04167 px/frame, rejection='motion', threads=1)"
+    assert repr(detector) == "Detector((48, 64), model='apg-stmd', v_opt=1.04167 px/frame, rejection='motion', threads=1)"
 
 
 def test_size() -> None:

@@ -41,7 +41,7 @@ def test_each_has_its_stages(model: Any) -> None:
 
 def test_defaults() -> None:
     def rejection(**options: Any) -> str:
-        return tomllib.loads(apgstmd.params(**options))["rejection"]["mode"]
+        return str(tomllib.loads(apgstmd.params(**options))["rejection"]["mode"])
 
     assert rejection(model="apg-stmd") == rejection() == "motion"
     assert rejection(model="stmd-plus") == "contrast"
