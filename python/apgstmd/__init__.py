@@ -11,7 +11,7 @@ Positions are in pixels (x = column, y = row downward), times in frames, directi
 screen (0 = right, pi/2 = up), luminance in [0, 1].
 """
 
-from ._core import STAGES, __version__
+from ._core import MODELS, STAGES, __version__
 from .detector import Detector
 from .evaluation import Curve, Evaluation, OperatingPoint, evaluate
 from .folder import Run, run
@@ -20,6 +20,7 @@ from .results import Detection, Detections, Output, RunDetection, RunDetections
 from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
+    "MODELS",
     "STAGES",
     "Curve",
     "Detection",

@@ -15,9 +15,10 @@ _Whole: TypeAlias = NDArray[np.int64]
 _Real: TypeAlias = NDArray[np.float64]
 _Flag: TypeAlias = NDArray[np.bool_]
 
-__all__ = ["STAGES", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
+__all__ = ["MODELS", "STAGES", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
 
 __version__: Final[str]
+MODELS: Final[tuple[str, ...]]
 STAGES: Final[tuple[str, ...]]
 
 @final
@@ -43,11 +44,20 @@ class Detector:
     def lag(self) -> float:
         """How far the response trails the target, px."""
 
+    @property
+    def model(self) -> str: ...
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages that its model has."""
+
     def process(self, frame: NDArray[Any]) -> tuple[_Map, _Map, _Columns, tuple[float, float]]:
         """(H, W) response, (H, W) direction, columns x, y, score, direction, trace, background shift (x, y) in px."""
 
     def stage(self, name: str) -> NDArray[np.float32]:
-        """A copy of a stage of the last frame: (H, W), (4, H, W) for C, (8, H, W) for D, E, Ep, F, Q."""
+        """A copy of a stage of the last frame: (H, W), (4, H, W) for C, (8, H, W) for D, E, Ep, F, Q.
+
+        ValueError: a stage that the model has not.
+        """
 
     def reset(self) -> None: ...
     def frames(self) -> int:
@@ -105,15 +115,17 @@ def fields() -> list[tuple[str, str, str, str]]:
     """Every parameter in file order: section, name, documentation, rule."""
 
 def resolve(
-    preset: str,
+    model: str | None,
+    preset: str | None,
     file: str | None,
-    table: Mapping[str, Mapping[str, object]] | None,
+    table: Mapping[str, Mapping[str, object] | str] | None,
     speed: float | None,
     overrides: Mapping[str, Mapping[str, object]],
 ) -> str:
-    """The full parameter file: `file` (TOML), `table` or `preset`, tuned to `speed`, with `overrides` put in last.
+    """The full parameter file, tuned to `speed`, with `overrides` put in last.
 
-    What a file or a table leaves out is the paper's.
+    It starts from `file` (TOML), from `table` or from `model` and `preset`. What a file or a table leaves out is as the
+    model that it names has it.
     """
 
 def run_cli(argv: Sequence[str]) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import Detections, Output
 
 
@@ -20,7 +20,10 @@ class Detector:
     Parameters
     ----------
     size : (height, width), at least 16 x 16.
-    preset : "practical" (a start for real footage) or "paper" (the constants of the publication).
+    model : "apg-stmd", or one to compare it with: "stmd-plus", "dstmd", "cascaded", "estmd". These have no attention
+        and no prediction and ignore their parameters; "estmd" has no directions either: they are NaN.
+    preset : "practical" (a start for real footage) or "paper" (the constants of the publication). By default apg-STMD
+        is practical and the other models are as published.
     speed : px/frame that the model is tuned to, 0.01 to 32. It responds well from about half to twice this speed, and
         the untuned model (None) prefers 0.25 px/frame: this is the first thing to set for a new camera.
     rejection : "off", "contrast" or "motion": how false positives are told from targets.
@@ -57,6 +60,7 @@ class Detector:
         self,
         size: tuple[int, int],
         *,
+        model: Model | None = None,
         preset: Preset | None = None,
         speed: float | None = None,
         rejection: Rejection | None = None,
@@ -68,7 +72,9 @@ class Detector:
         **parameters: Unpack[Parameters],
     ) -> None:
         self._shape = _check_size(size)
-        text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth"))
+        text = resolve(
+            model, preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth")
+        )
         self._core = _core.Detector(
             *self._shape, text, whole("threads", threads, 1, 256), whole("bit_depth", bit_depth, 1, 16)
         )
@@ -87,12 +93,17 @@ class Detector:
         return Output(Detections(x=x, y=y, score=score, direction=angle, trace=trace), response, direction, shift)
 
     def stage(self, name: str) -> NDArray[np.float32]:
-        """A copy of an inner stage of the last frame; zeros before the first. `apgstmd.STAGES` lists the names.
+        """A copy of an inner stage of the last frame; zeros before the first. `stages` lists those that the model has.
 
-        (H, W) for P, A, Pe, L, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, M; (4, H, W) for C, orientations k pi/4;
-        (8, H, W) for D, E, Ep (E after rejection), F, Q, directions k pi/4. ValueError for another name.
+        (H, W) for P, A, Pe, L, L1, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, ON, OFF, OFFd, Y, Yd, M; (4, H, W) for C, orientations
+        k pi/4; (8, H, W) for D, E, Ep (E after rejection), F, Q, directions k pi/4. ValueError for another name.
         """
         return self._core.stage(name)
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of the inner stages that the model has, in the order of the data flow; `apgstmd.STAGES` has all."""
+        return self._core.stages
 
     def reset(self) -> None:
         """Forgets everything seen: the next frame is a first frame."""
@@ -104,8 +115,13 @@ class Detector:
         return self._shape
 
     @property
-    def params(self) -> dict[str, dict[str, Any]]:
-        """Every parameter, section by section: a copy, to be given as `params=` to another detector."""
+    def model(self) -> str:
+        """Name of its model."""
+        return self._core.model
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """`model` and every parameter, section by section: a copy, to be given as `params=` to another detector."""
         return tomllib.loads(self._core.params)
 
     def params_toml(self) -> str:
@@ -139,7 +155,7 @@ class Detector:
         params = self.params
         height, width = self._shape
         return (
-            f"Detector(({height}, {width}), v_opt={params['prediction']['v_opt']:g} px/frame, "
+            f"Detector(({height}, {width}), model={self.model!r}, v_opt={params['prediction']['v_opt']:g} px/frame, "
             f"rejection={params['rejection']['mode']!r}, threads={self.threads})"
         )
 

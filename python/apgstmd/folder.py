@@ -14,7 +14,7 @@ from typing import Any, Literal, Unpack
 import numpy as np
 
 from . import _core
-from .options import Localise, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import RunDetections
 from .scene import Scene
 
@@ -46,6 +46,7 @@ def run(
     input: str | os.PathLike[str] | Scene,
     *,
     out: str | os.PathLike[str] | None = None,
+    model: Model | None = None,
     preset: Preset | None = None,
     speed: float | None = None,
     rejection: Rejection | None = None,
@@ -74,7 +75,7 @@ def run(
     input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; or a
         scene, as a file "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
     out : folder for detections.csv, run.json and what else is asked for; without it nothing is kept on disk.
-    preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
+    model, preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which pictures, counted from 0, `stop` not included.
     bit_depth : significant bits of 16-bit samples, 9 to 16.
     on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
@@ -92,7 +93,7 @@ def run(
         found = apgstmd.run("frames/", speed=2.0)
         found.detections[found.detections.frame == 100].x
     """
-    text = resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
+    text = resolve(model, preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
     path = None if isinstance(input, Scene) else os.fspath(input)
     if path is not None and not os.path.exists(path) and not any(mark in path for mark in "*?[%{"):
         raise FileNotFoundError(f"there is no folder of pictures {path!r}")
@@ -122,7 +123,7 @@ def run(
             options |= {"params": str(file)}
         else:
             # Said as on the command line, so that run.json tells what was asked for.
-            options |= {"preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
+            options |= {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
             options |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
         results = Path(scratch, "out") if out is None else Path(out)
         options["out"] = str(results)
@@ -142,7 +143,8 @@ def _read_table(path: Path) -> RunDetections:
         rows = list(csv.DictReader(file))
 
     def column(name: str, dtype: Any) -> Any:
-        return np.array([row[name] for row in rows], dtype=np.str_).astype(dtype)
+        # Empty where there is no value: the direction of a model that has none.
+        return np.array([row[name] or "nan" for row in rows], dtype=np.str_).astype(dtype)
 
     return RunDetections(
         frame=column("frame", np.int64),

@@ -10,10 +10,11 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypedDict, Unpack
 
 from . import _core
 
+Model: TypeAlias = Literal["apg-stmd", "stmd-plus", "dstmd", "cascaded", "estmd"]
 Preset: TypeAlias = Literal["practical", "paper"]
 Rejection: TypeAlias = Literal["off", "contrast", "motion"]
 Localise: TypeAlias = Literal["response", "target"]
-ParamFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, object]]
+ParamFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, object] | str]
 
 
 class Parameters(TypedDict, total=False):
@@ -31,6 +32,11 @@ class Parameters(TypedDict, total=False):
     lamina_fast_tau: float
     lamina_slow_order: int
     lamina_slow_tau: float
+    lamina_inhibition_center_sigma: float
+    lamina_inhibition_surround_sigma: float
+    lamina_inhibition_radius: int
+    lamina_inhibition_excitation_tau: float
+    lamina_inhibition_inhibition_tau: float
     medulla_mi1_order: int
     medulla_mi1_tau: float
     medulla_tm1_4_order: int
@@ -48,6 +54,10 @@ class Parameters(TypedDict, total=False):
     lobula_direction_center_sigma: float
     lobula_direction_surround_sigma: float
     lobula_response_floor: float
+    estmd_off_order: int
+    estmd_off_tau: float
+    emd_spacing: float
+    emd_tau: float
     rejection_mode: Rejection
     rejection_gate: float
     rejection_max_missed: int
@@ -99,6 +109,7 @@ def parameters() -> list[Parameter]:
 def params(
     preset: Preset | None = None,
     *,
+    model: Model | None = None,
     speed: float | None = None,
     rejection: Rejection | None = None,
     localise: Localise | None = None,
@@ -112,10 +123,11 @@ def params(
     >>> tomllib.loads(apgstmd.params("paper", speed=1.0))["prediction"]["horizon"]
     6
     """
-    return resolve(preset, speed, rejection, localise, threshold, params, dict(parameters), ())
+    return resolve(model, preset, speed, rejection, localise, threshold, params, dict(parameters), ())
 
 
 def resolve(
+    model: str | None,
     preset: str | None,
     speed: float | None,
     rejection: str | None,
@@ -137,14 +149,15 @@ def resolve(
         if keyword not in known:
             raise TypeError(_unknown(keyword, known, options))
         overrides.setdefault(known[keyword].section, {})[known[keyword].name] = value
-    if preset is not None and params is not None:
-        raise TypeError("preset and params both name what to start from: give one of them")
+    for name, value in (("model", model), ("preset", preset)):
+        if value is not None and params is not None:
+            raise TypeError(f"{name} and params both name what to start from: give one of them")
     file, table = _read(params)
-    return _core.resolve("practical" if preset is None else preset, file, table, speed, overrides)
+    return _core.resolve(model, preset, file, table, speed, overrides)
 
 
 _SHORT = {"rejection": "rejection_mode", "localise": "detection_localise", "threshold": "detection_threshold"}
-_MODEL = ("preset", "speed", *_SHORT, "params")
+_MODEL = ("model", "preset", "speed", *_SHORT, "params")
 
 
 def _unknown(keyword: str, known: Mapping[str, Parameter], options: tuple[str, ...]) -> str:
@@ -168,12 +181,14 @@ def whole(name: str, value: int | None, low: int, high: int) -> int | None:
     return value
 
 
-def _read(params: ParamFile | None) -> tuple[str | None, Mapping[str, Mapping[str, object]] | None]:
+def _read(params: ParamFile | None) -> tuple[str | None, Mapping[str, Mapping[str, object] | str] | None]:
     """A parameter file as text or as a table, from whatever it was given as."""
     if params is None:
         return None, None
     if isinstance(params, Mapping):
-        return None, {section: dict(fields) for section, fields in params.items()}
+        return None, {
+            section: fields if isinstance(fields, str) else dict(fields) for section, fields in params.items()
+        }
     if isinstance(params, str) and ("=" in params or "\n" in params):
         return params, None
     if isinstance(params, (str, os.PathLike)):

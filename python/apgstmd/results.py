@@ -14,8 +14,8 @@ class Detection(NamedTuple):
     """One small moving target in one frame.
 
     x, y are its column and row in px (row downward, pixel centres at integers); score is the facilitated response Q at
-    the peak; direction is in radians in (-pi, pi], counter-clockwise on the screen (0 = right, pi/2 = up); trace is the
-    number that links this target from frame to frame.
+    the peak; direction is in radians in (-pi, pi], counter-clockwise on the screen (0 = right, pi/2 = up), NaN in a model
+    without directions; trace is the number that links this target from frame to frame.
     """
 
     x: float

@@ -24,6 +24,7 @@ def params(**options: Any) -> dict[str, dict[str, Any]]:
 def test_the_keywords_are_the_parameters() -> None:
     assert list(Parameters.__annotations__) == [p.keyword for p in ALL]
     full = tomllib.loads(apgstmd.params())
+    assert full.pop("model") == "apg-stmd"
     assert [(p.section, p.name) for p in ALL] == [(section, name) for section in full for name in full[section]]
     kinds: dict[type, tuple[str, ...]] = {
         float: ("float",), int: ("int",), bool: ("bool",), list: ("Sequence[float]",), str: ("Literal", "Rejection", "Localise")

@@ -4,20 +4,18 @@
 //! different sides of a threshold, both must stand within rounding of it; the naive model then takes the fast one's
 //! side, so that every later frame can be held to the same strict bound.
 
-use apgstmd_core::{Detector, Frame, Params, Response, Size, Stage};
+use apgstmd_core::{Detector, Frame, Model, Params, Response, Size, Stage};
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 
-use crate::naive::lobula::{direction_weight, lateral_kernel, theta};
+pub use crate::floors::{Floors, LUMINANCE_ROUNDING};
+use crate::naive::lobula::theta;
 use crate::naive::map::{Map, maximum, peak};
 use crate::naive::retina::{region, threshold};
+use crate::naive::rivals::Rival;
 use crate::naive::{Decisions, Detection, Naive, Seen};
 
 /// Share of a stage's maximum in a frame by which it may differ: the specification's.
 pub const RELATIVE: f64 = 1e-4;
-
-/// Rounding of luminance: one unit in the last place of 1.0 in f32. P_e, L and what follows L linearly cannot be
-/// nearer to the truth than this, however small they are.
-pub const LUMINANCE_ROUNDING: f64 = 1.2e-7;
 
 /// Sub-pixel positions come from differences of f32 responses near their maximum, px.
 const PLACE: f64 = 2e-3;
@@ -31,55 +29,6 @@ const FADED: f64 = 1e-6;
 /// A stage of the fast core in float64.
 pub fn maps(stage: &Array3<f32>) -> Vec<Map> {
     stage.axis_iter(Axis(0)).map(|plane| plane.mapv(f64::from)).collect()
-}
-
-/// Differences that rounding of the input alone explains, stage by stage: [`LUMINANCE_ROUNDING`] carried through the
-/// model. Only where a stage is tiny (first frames, faint scenes) does it exceed [`RELATIVE`] of its maximum.
-pub struct Floors {
-    inhibition_gain: f64,
-    facilitation_gain: f64,
-    alpha: f64,
-    response: f64,
-}
-
-impl Floors {
-    /// For a model with these parameters.
-    pub fn new(params: &Params) -> Self {
-        let lateral: f64 = lateral_kernel(params).iter().map(|w| w.abs()).sum();
-        let directional: f64 = (0..8).map(|steps| direction_weight(steps, params).abs()).sum();
-        let prediction = &params.prediction;
-        let window: f64 = (0..=prediction.horizon).map(|k| (-prediction.kappa * f64::from(k)).exp()).sum();
-        Self {
-            inhibition_gain: lateral * directional,
-            facilitation_gain: 1.0 + prediction.beta * window,
-            alpha: params.attention.alpha,
-            response: 0.0,
-        }
-    }
-
-    /// The floors of this frame, by stage.
-    pub fn of(&mut self, seen: &Seen) -> impl Fn(Stage) -> f64 + use<> {
-        let luminance = LUMINANCE_ROUNDING * peak(&seen[Stage::Pe]).max(1.0);
-        let enhanced = luminance * (1.0 + self.alpha);
-        let [on, delayed_on, off_4, off_5] =
-            [Stage::Tm3, Stage::Mi1, Stage::Tm1_4, Stage::Tm1_5].map(|stage| peak(&seen[stage]));
-        // Product rule for Tm3 (Tm1_4 + Mi1) Tm1_5.
-        let sum = off_4 + delayed_on;
-        let correlation = enhanced * (sum * off_5 + 2.0 * on * off_5 + on * sum);
-        let response = correlation * self.inhibition_gain;
-        // Predictions remember earlier frames.
-        self.response = self.response.max(response);
-        let (remembered, gain) = (self.response, self.facilitation_gain);
-        move |stage| match stage {
-            Stage::P | Stage::C | Stage::A => luminance,
-            Stage::Pe | Stage::L | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => enhanced,
-            Stage::D => correlation,
-            Stage::E | Stage::Ep => response,
-            Stage::F => remembered,
-            Stage::M => 8.0 * remembered,
-            Stage::Q => gain * remembered,
-        }
-    }
 }
 
 /// How far a stage is off.
@@ -118,13 +67,42 @@ pub fn difference(truth: &[Map], given: &[Map], tolerance: f64) -> Difference {
     result
 }
 
+/// The naive model of either kind.
+enum Oracle {
+    ApgStmd(Box<Naive>),
+    Rival(Box<Rival>),
+}
+
+impl Oracle {
+    fn new(params: &Params, lag: f64) -> Self {
+        match params.model {
+            Model::ApgStmd => Self::ApgStmd(Box::new(Naive::new(params, lag))),
+            _ => Self::Rival(Box::new(Rival::new(params, lag))),
+        }
+    }
+
+    fn step_with(&mut self, frame: &Map, decisions: Decisions<'_>) -> Seen {
+        match self {
+            Self::ApgStmd(naive) => naive.step_with(frame, decisions),
+            Self::Rival(rival) => rival.step_with(frame, decisions),
+        }
+    }
+
+    fn past_prediction(&self) -> Option<&Map> {
+        match self {
+            Self::ApgStmd(naive) => naive.past_prediction(),
+            Self::Rival(_) => None,
+        }
+    }
+}
+
 /// A fast detector and the naive model on the same frames.
 pub struct Pair {
     /// The fast one.
     pub fast: Detector,
     /// Its last output.
     pub response: Response,
-    naive: Naive,
+    naive: Oracle,
     params: Params,
     floors: Floors,
     /// M of the fast one, every frame.
@@ -141,7 +119,7 @@ impl Pair {
         let fast = Detector::with_threads(size, params, threads).expect("valid parameters");
         Self {
             response: fast.make_response(),
-            naive: Naive::new(params, f64::from(fast.lag())),
+            naive: Oracle::new(params, f64::from(fast.lag())),
             fast,
             params: params.clone(),
             floors: Floors::new(params),
@@ -157,8 +135,8 @@ impl Pair {
     /// What differs, in words.
     pub fn step(&mut self, frame: ArrayView2<'_, u8>) -> Result<Seen, String> {
         self.fast.process_into(Frame::from(frame), &mut self.response).map_err(|error| error.to_string())?;
-        let fast = |stage: Stage| maps(&self.fast.probe().stage(stage));
-        let (e, c) = (fast(Stage::E), fast(Stage::C));
+        let fast = |stage: Stage| maps(&self.fast.probe().stage(stage).expect("the model says it has it"));
+        let (e, c) = (fast(if self.params.model.is_directional() { Stage::E } else { Stage::Y }), fast(Stage::C));
         let region = self.region()?;
         let (dx, dy) = self.response.background_shift;
         let shift = (f64::from(dx), f64::from(dy));
@@ -170,7 +148,7 @@ impl Pair {
             return Err(format!("background shift {shift:?}, the truth is {:?}", seen.shift));
         }
         let floor = self.floors.of(&seen);
-        for &stage in Stage::ALL {
+        for &stage in self.params.model.stages() {
             let most = peak(&seen[stage]);
             let tolerance = (RELATIVE * most).max(floor(stage));
             let off = difference(&seen[stage], &fast(stage), tolerance);
@@ -178,11 +156,22 @@ impl Pair {
                 return Err(format!("stage {stage}, maximum {most:e}, tolerance {tolerance:e}: {off:?}"));
             }
         }
-        self.detections(&seen)?;
-        self.maps(&fast(Stage::Q))?;
-        self.attended += usize::from(peak(&seen[Stage::A]) > 0.0);
+        let shown = match self.params.model {
+            Model::ApgStmd => Stage::Q,
+            Model::StmdPlus | Model::Dstmd | Model::Cascaded => Stage::Ep,
+            Model::Estmd => Stage::Y,
+        };
+        self.detections(&seen, floor(shown))?;
+        match self.params.model {
+            Model::ApgStmd => {
+                self.maps(&fast(Stage::Q))?;
+                self.attended += usize::from(peak(&seen[Stage::A]) > 0.0);
+                self.m.push(fast(Stage::M).swap_remove(0));
+            }
+            Model::StmdPlus | Model::Dstmd | Model::Cascaded => self.maps(&fast(Stage::Ep))?,
+            Model::Estmd => self.map_without_direction(&fast(Stage::Y)[0], &seen.q[0])?,
+        }
         self.detections += seen.detections.len();
-        self.m.push(fast(Stage::M).swap_remove(0));
         Ok(seen)
     }
 
@@ -201,7 +190,7 @@ impl Pair {
         Ok(Some(omega))
     }
 
-    fn detections(&self, seen: &Seen) -> Result<(), String> {
+    fn detections(&self, seen: &Seen, floor: f64) -> Result<(), String> {
         let (given, truth) = (&self.response.detections, &seen.detections);
         let differ = |what: String| Err(format!("{what}\ngiven: {given:#?}\ntruth: {truth:#?}"));
         if given.len() != truth.len() {
@@ -210,16 +199,22 @@ impl Pair {
         if !given.is_sorted_by(|a, b| a.score >= b.score) {
             return differ("the strongest must come first".to_owned());
         }
-        let most = peak(&seen[Stage::Q]);
+        let most = peak(&seen.q);
         for truth in truth {
             let Some(given) = given.iter().find(|given| given.trace == truth.trace) else {
                 return differ(format!("trace {} is missing", truth.trace));
             };
             let Detection { x, y, score, direction, directedness, .. } = *truth;
-            let turn = (f64::from(given.direction) - direction).sin().abs();
-            // The angle of a sum that nearly cancels is known that much less well, and moves the place along.
-            let blur = RELATIVE / directedness.max(RELATIVE) * (most / score.max(1e-30)).max(1.0);
-            if (f64::from(given.score) - score).abs() > RELATIVE * most
+            if direction.is_nan() != given.direction.is_nan() {
+                return differ(format!("a direction is there or is not: {given:?} instead of {truth:?}"));
+            }
+            // The angle of a sum that nearly cancels is known that much less well, and moves the place along. Where
+            // there is no direction, nothing moves.
+            let known = !direction.is_nan();
+            let turn = if known { (f64::from(given.direction) - direction).sin().abs() } else { 0.0 };
+            let blur =
+                if known { RELATIVE / directedness.max(RELATIVE) * (most / score.max(1e-30)).max(1.0) } else { 0.0 };
+            if (f64::from(given.score) - score).abs() > (RELATIVE * most).max(floor)
                 || turn > 2.0 * blur
                 || f64::from(given.direction).cos() * direction.cos() < -0.5 && blur < 0.1
             {
@@ -229,6 +224,24 @@ impl Pair {
             if (f64::from(given.x) - x).abs() > slack || (f64::from(given.y) - y).abs() > slack {
                 return differ(format!("a detection is misplaced: {given:?} instead of {truth:?}"));
             }
+        }
+        Ok(())
+    }
+
+    /// Y of the fast core itself, kept in the same places as by the naive model.
+    fn map_without_direction(&self, y: &Map, kept: &Map) -> Result<(), String> {
+        let tolerance = RELATIVE * peak(std::slice::from_ref(y));
+        for (at, &given) in self.response.map.indexed_iter() {
+            let given = f64::from(given);
+            if given != y[at] && given != 0.0
+                || given == 0.0 && kept[at] > tolerance
+                || given > tolerance && kept[at] == 0.0
+            {
+                return Err(format!("response at {at:?} is {given:e}, Y {:e}, E' {:e}", y[at], kept[at]));
+            }
+        }
+        if self.response.direction.iter().any(|direction| !direction.is_nan()) {
+            return Err("there must be no direction".to_owned());
         }
         Ok(())
     }

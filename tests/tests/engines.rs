@@ -1,12 +1,16 @@
 //! The recursive gamma cascade against the weighted sums over past frames.
 
 use apgstmd_core::params::{RejectionMode, TemporalEngine};
-use apgstmd_core::{Detector, Params, Size, Stage};
+use apgstmd_core::{Detector, Params, Probe, Size, Stage};
 use apgstmd_tests::compare::{LUMINANCE_ROUNDING, difference, maps};
-use apgstmd_tests::naive::map::peak;
+use apgstmd_tests::naive::map::{Map, peak};
 use apgstmd_tests::stimulus::Scene;
 
 const TEMPORAL: [Stage; 6] = [Stage::L, Stage::Tm3, Stage::Tm2, Stage::Mi1, Stage::Tm1_4, Stage::Tm1_5];
+
+fn seen(probe: &Probe<'_>, stage: Stage) -> Vec<Map> {
+    maps(&probe.stage(stage).expect("apg-STMD has it"))
+}
 
 fn agree(params: &Params, speed: f64, frames: usize, what: &str) {
     let scene = Scene::lively(Size::new(32, 48), speed, 21);
@@ -22,14 +26,14 @@ fn agree(params: &Params, speed: f64, frames: usize, what: &str) {
         }
         let [cascade, fir] = [&engines[0], &engines[1]].map(|engine| engine.probe());
         for stage in TEMPORAL {
-            let (a, b) = (maps(&fir.stage(stage)), maps(&cascade.stage(stage)));
+            let (a, b) = (seen(&fir, stage), seen(&cascade, stage));
             // Asked for: 1e-5 of the maximum. In the first frames, where hardly anything has moved yet, the rounding
             // of P_e itself (each engine sums it in its own order) is more than that.
             let tolerance = (1e-5 * peak(&a)).max(2.0 * LUMINANCE_ROUNDING);
             let off = difference(&a, &b, tolerance);
             assert_eq!(off.beyond, 0, "{what}, frame {t}, stage {stage}, maximum {:e}: {off:?}", peak(&a));
         }
-        most_l = most_l.max(peak(&maps(&fir.stage(Stage::L))));
+        most_l = most_l.max(peak(&seen(&fir, Stage::L)));
     }
     // The bound above must have been the relative one for most of the time.
     assert!(most_l > 0.05, "{what}: L reached only {most_l}");

@@ -1,7 +1,7 @@
 //! Naive model and fast core against golden data, stage by stage, neither helped by the other.
 
 use apgstmd_core::params::RejectionMode;
-use apgstmd_core::{Detector, Params, Size, Stage};
+use apgstmd_core::{Detector, Model, Params, Size, Stage};
 use apgstmd_tests::compare::{Floors, RELATIVE, difference, maps};
 use apgstmd_tests::golden::{Golden, own_params};
 use apgstmd_tests::naive::Naive;
@@ -47,7 +47,7 @@ fn agree(golden: &Golden, params: &Params) {
             check(t, *stage, truth, &seen[*stage], |most| (1e-6 * most).max(NOTHING), 0.0);
             // The specification's bound. A pixel at the very edge of the attended region may fall on the other side in
             // f32: it excuses 0.5 % of the pixels.
-            let given = maps(&fast.probe().stage(*stage));
+            let given = maps(&fast.probe().stage(*stage).expect("apg-STMD has it"));
             check(t, *stage, truth, &given, |most| (RELATIVE * most).max(floor(*stage)), 0.005);
         }
     }
@@ -64,7 +64,7 @@ fn independent() {
 #[test]
 fn own() {
     let golden = Golden::own();
-    assert_eq!(golden.stages.values().map(Vec::len).sum::<usize>(), 2 * Stage::ALL.len());
+    assert_eq!(golden.stages.values().map(Vec::len).sum::<usize>(), 2 * Model::ApgStmd.stages().len());
     // Attention and rejection must have had something to do, or the golden would show nothing of them.
     let (_, late) = golden.stages.last_key_value().expect("two frames");
     let most =

@@ -3,10 +3,10 @@
 use std::cell::Cell;
 
 use apgstmd_core::params::{
-    AttentionParams, DetectionParams, LobulaParams, Localise, PredictionParams, RejectionMode, RejectionParams,
-    RetinaParams, Support, TemporalEngine,
+    AttentionParams, DetectionParams, EmdParams, EstmdParams, LaminaInhibitionParams, LobulaParams, Localise,
+    PredictionParams, RejectionMode, RejectionParams, RetinaParams, Support, TemporalEngine,
 };
-use apgstmd_core::{Params, Preset, Size};
+use apgstmd_core::{Model, Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
 use apgstmd_tests::stimulus::Scene;
 use proptest::collection::vec;
@@ -108,6 +108,41 @@ prop_compose! {
 }
 
 prop_compose! {
+    fn relatives()(
+        sigmas in prop_oneof![Just((1.5, 3.0)), (0.5f64..2.5, 1.0f64..5.0)],
+        radius in prop_oneof![Just(5u32), 1u32..12],
+        taus in (0.05f64..6.0, 0.05f64..12.0),
+        off in (1u32..16, 0.5f64..12.0),
+        emd in (prop_oneof![Just(3.0), 0.0f64..20.0], 0.05f64..8.0),
+    ) -> (LaminaInhibitionParams, EstmdParams, EmdParams) {
+        let inhibition = LaminaInhibitionParams {
+            center_sigma: sigmas.0,
+            surround_sigma: sigmas.1,
+            radius,
+            excitation_tau: taus.0,
+            inhibition_tau: taus.1,
+        };
+        (inhibition, EstmdParams { off_order: off.0, off_tau: off.1 }, EmdParams { spacing: emd.0, tau: emd.1 })
+    }
+}
+
+prop_compose! {
+    /// Any of the models, with constants of its own or at random.
+    fn relative()(
+        model in select(Model::ALL[1..].to_vec()),
+        own in proptest::option::weighted(0.6, relatives()),
+        (mut params, scene, threads) in case(),
+    ) -> (Params, Scene, usize) {
+        let speed = params.prediction.v_opt.clamp(0.25, 5.0);
+        let published = Params::for_model(model).for_speed(speed).expect("a valid speed");
+        params.model = model;
+        (params.lamina_inhibition, params.estmd, params.emd) =
+            own.unwrap_or((published.lamina_inhibition, published.estmd, published.emd));
+        (params, scene, threads)
+    }
+}
+
+prop_compose! {
     fn case()(
         size in (16usize..=40, 16usize..=40),
         (mut params, speed) in temporal(),
@@ -128,13 +163,13 @@ prop_compose! {
 }
 
 /// The same cases every time, so that a failure is the change's and not the day's. PROPTEST_CASES asks for more.
-#[test]
-fn any_size_any_parameters() {
-    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(32);
-    let config = Config { cases, failure_persistence: None, max_shrink_time: 60_000, ..Config::default() };
+/// Returns the number of cases, of those with attention at work and of those with detections.
+fn compare(cases: impl Strategy<Value = (Params, Scene, usize)>) -> [u32; 3] {
+    let count = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(32);
+    let config = Config { cases: count, failure_persistence: None, max_shrink_time: 60_000, ..Config::default() };
     let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let (attended, detecting) = (Cell::new(0), Cell::new(0));
-    let outcome = TestRunner::new_with_rng(config, rng).run(&case(), |(params, scene, threads)| {
+    let outcome = TestRunner::new_with_rng(config, rng).run(&cases, |(params, scene, threads)| {
         params.validate().map_err(|error| TestCaseError::reject(error.to_string()))?;
         let mut pair = Pair::new(scene.size, &params, threads);
         for t in 0..FRAMES {
@@ -147,11 +182,20 @@ fn any_size_any_parameters() {
     if let Err(error) = outcome {
         panic!("{error}");
     }
-    // Scenes in which nothing responds would agree without meaning anything.
-    let (attended, detecting) = (attended.get(), detecting.get());
-    println!("{cases} cases: attention active in {attended}, detections in {detecting}");
-    assert!(
-        attended * 2 > cases && detecting * 3 > 2 * cases,
-        "of {cases}: {attended} attended, {detecting} detecting"
-    );
+    println!("{count} cases: attention active in {}, detections in {}", attended.get(), detecting.get());
+    [count, attended.get(), detecting.get()]
+}
+
+// Scenes in which nothing responds would agree without meaning anything.
+
+#[test]
+fn any_size_any_parameters() {
+    let [cases, attended, detecting] = compare(case());
+    assert!(attended * 2 > cases && detecting * 3 > 2 * cases, "{attended} attended, {detecting} detecting");
+}
+
+#[test]
+fn other_models() {
+    let [cases, _, detecting] = compare(relative());
+    assert!(detecting * 2 > cases, "{detecting} detecting");
 }

@@ -43,7 +43,8 @@ fn watch(scene: &Scene, params: &Params, frames: usize, mut look: impl FnMut(usi
     let mut response = detector.make_response();
     for t in 0..frames {
         detector.process_into(scene.luminance(t).view(), &mut response).expect("a valid frame");
-        look(t, &detector.probe().stage(Stage::E), &detector.probe().stage(Stage::Q));
+        let [e, q] = [Stage::E, Stage::Q].map(|stage| detector.probe().stage(stage).expect("apg-STMD has it"));
+        look(t, &e, &q);
     }
 }
 
@@ -229,7 +230,7 @@ fn a_change_of_light_gives_nothing() {
             let response = detector.process(Array2::from_elem((20, 30), light(t)).view()).expect("a valid frame");
             assert!(response.map.iter().all(|v| *v == 0.0) && response.detections.is_empty(), "frame {t}");
             assert!(response.direction.iter().all(|v| v.is_nan()), "frame {t}: no response has no direction");
-            delayed = delayed.max(most(&detector.probe().stage(Stage::D)));
+            delayed = delayed.max(most(&detector.probe().stage(Stage::D).expect("apg-STMD has it")));
         }
         strongest = strongest.max(delayed);
     }
@@ -261,7 +262,7 @@ fn lag_of_an_ideal_target() {
                 }
             }
             behind.push(offsets.iter().sum::<f64>() / offsets.len() as f64);
-            if localise == Localise::Response {
+            if localise == Localise::Target {
                 // 5.1 px at the default speed; the few frames averaged here lie on other fractions of a pixel.
                 let lag = f64::from(detector.lag());
                 assert!((lag - behind[0]).abs() < 0.25, "speed {speed}: lag {lag}, truth {}", behind[0]);

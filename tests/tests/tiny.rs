@@ -1,7 +1,7 @@
 //! Every size from 16 x 16 to 20 x 20: rows that no vector width divides, kernels wider than the image.
 
 use apgstmd_core::params::{RejectionMode, Support};
-use apgstmd_core::{Detector, ParamError, Params, Preset, Size};
+use apgstmd_core::{Detector, Model, ParamError, Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
 use apgstmd_tests::stimulus::Scene;
 
@@ -44,6 +44,15 @@ fn practical_masked() {
     assert!(every_size(&params) > 12, "attention must have been at work");
 }
 
+#[test]
+fn other_models() {
+    for &model in &Model::ALL[1..] {
+        let mut params = Params::for_model(model).for_speed(SPEED).expect("a valid speed");
+        params.rejection.mode = RejectionMode::Off;
+        every_size(&params);
+    }
+}
+
 /// The widest kernels that parameters allow, in the smallest frame.
 #[test]
 fn kernels_wider_than_the_frame() {
@@ -60,11 +69,17 @@ fn kernels_wider_than_the_frame() {
     params.detection.peak_radius = 64;
     params.prediction.ring_width = 10.0;
     params.prediction.v_opt = 12.0;
-    let scene = Scene::lively(Size::new(16, 17), 2.0, 5);
-    let mut pair = Pair::new(scene.size, &params, 2);
-    for t in 0..FRAMES {
-        if let Err(what) = pair.step(scene.frame(t).view()) {
-            panic!("frame {t}: {what}");
+    params.lamina_inhibition.radius = 24;
+    params.lamina_inhibition.surround_sigma = 8.0;
+    params.emd.spacing = 20.0;
+    for &model in Model::ALL {
+        params.model = model;
+        let scene = Scene::lively(Size::new(16, 17), 2.0, 5);
+        let mut pair = Pair::new(scene.size, &params, 2);
+        for t in 0..FRAMES {
+            if let Err(what) = pair.step(scene.frame(t).view()) {
+                panic!("{model}, frame {t}: {what}");
+            }
         }
     }
 }

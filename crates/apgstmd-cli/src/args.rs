@@ -58,6 +58,21 @@ pub enum PresetArg {
     Paper,
 }
 
+/// A model of small-target motion detection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModelArg {
+    /// Attention and prediction around an STMD (Wang et al. 2022).
+    ApgStmd,
+    /// STMD with rejection by contrast (Wang et al. 2019).
+    StmdPlus,
+    /// Directional STMD behind lateral inhibition (Wang et al. 2018).
+    Dstmd,
+    /// Motion detectors over ESTMDs (Wiederman & O'Carroll 2013).
+    Cascaded,
+    /// Elementary STMD, without direction (Wiederman et al. 2008).
+    Estmd,
+}
+
 /// How false positives are told from targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum RejectionArg {
@@ -96,11 +111,14 @@ pub enum Format {
     Jsonl,
 }
 
-/// Flags that choose parameters. They apply in this order: preset or file, then speed, then single values.
+/// Flags that choose parameters. They apply in this order: model and preset or file, then speed, then single values.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Model")]
 pub struct ModelArgs {
-    /// Ready-made parameters [default: practical]
+    /// Model [default: apg-stmd]; the others are there to compare with
+    #[arg(long, value_name = "NAME", conflicts_with = "params")]
+    pub model: Option<ModelArg>,
+    /// Ready-made parameters [default: practical; paper for the models to compare with]
     #[arg(long, value_name = "NAME", conflicts_with = "params")]
     pub preset: Option<PresetArg>,
     /// Parameter file, as `apgstmd params` prints it; what it leaves out is as in the paper
@@ -161,7 +179,8 @@ pub struct RunArgs {
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 
-    /// Inner maps to write as float32 .npy: P C A Pe L Tm3 Tm2 Mi1 Tm1_4 Tm1_5 D E Ep F M Q, or ALL
+    /// Inner maps to write as float32 .npy: P C A Pe L Tm3 Tm2 Mi1 Tm1_4 Tm1_5 D E Ep F M Q (of other models also L1 ON
+    /// OFF OFFd Y Yd), or ALL that the model has
     #[arg(long, value_name = "LIST", help_heading = "Inner maps")]
     pub dump: Option<String>,
     /// Frames to dump, with both ends: 60,120..130 [default: all]

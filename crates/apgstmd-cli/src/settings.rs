@@ -6,10 +6,10 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::params::{Localise, RejectionMode};
-use apgstmd_core::{MOST_THREADS, ParamError, Params, Preset, Stage};
+use apgstmd_core::{MOST_THREADS, MissingStage, Model, ParamError, Params, Preset, Stage};
 
 use crate::Outcome;
-use crate::args::{Format, LocaliseArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
+use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
 use crate::failure::{Failure, reason, without_snippet};
 use crate::source::{Input, Selection};
 
@@ -100,7 +100,7 @@ impl RunSettings {
         let dump = match args.dump {
             None => None,
             Some(stages) => Some(DumpSettings {
-                stages: stage_list(&stages)?,
+                stages: stage_list(&stages, params.model)?,
                 frames: args.dump_frames.map(|list| FrameList::parse(&list, selection)).transpose()?,
                 folder: match (args.dump_dir, &destination) {
                     (Some(folder), _) => folder,
@@ -130,7 +130,7 @@ impl RunSettings {
     }
 }
 
-/// Parameters in the documented order: preset or file, then speed, then single values.
+/// Parameters in the documented order: model and preset or file, then speed, then single values.
 ///
 /// # Errors
 /// An unreadable or wrong file, values out of range.
@@ -145,10 +145,20 @@ pub fn resolve_params(args: &ModelArgs) -> Outcome<Params> {
                     .hint("`apgstmd params` prints a complete parameter file")
             })?
         }
-        None => Params::preset(match args.preset {
-            Some(PresetArg::Paper) => Preset::Paper,
-            Some(PresetArg::Practical) | None => Preset::Practical,
-        }),
+        None => {
+            let model = args.model.map_or(Model::ApgStmd, |model| match model {
+                ModelArg::ApgStmd => Model::ApgStmd,
+                ModelArg::StmdPlus => Model::StmdPlus,
+                ModelArg::Dstmd => Model::Dstmd,
+                ModelArg::Cascaded => Model::Cascaded,
+                ModelArg::Estmd => Model::Estmd,
+            });
+            match args.preset {
+                Some(PresetArg::Practical) => Params::for_model(model).with_preset(Preset::Practical),
+                Some(PresetArg::Paper) => Params::for_model(model),
+                None => Params::usual(model),
+            }
+        }
     };
     if let Some(speed) = args.speed {
         params = params.for_speed(speed).map_err(|error| match error {
@@ -210,13 +220,16 @@ fn destination(out: Option<PathBuf>, input: &Path, source: &Input) -> Outcome<De
     Ok(Destination::Folder(folder))
 }
 
-fn stage_list(text: &str) -> Outcome<Vec<Stage>> {
+fn stage_list(text: &str, model: Model) -> Outcome<Vec<Stage>> {
     let mut stages = Vec::new();
     for name in text.split(',').map(str::trim).filter(|name| !name.is_empty()) {
         if name.eq_ignore_ascii_case("all") {
-            stages.extend(Stage::ALL);
+            stages.extend(model.stages());
         } else {
-            let stage = name.parse().map_err(|error| Failure::usage(format_args!("--dump: {error}, or ALL")))?;
+            let stage: Stage = name.parse().map_err(|error| Failure::usage(format_args!("--dump: {error}, or ALL")))?;
+            if !model.stages().contains(&stage) {
+                return Err(Failure::usage(format_args!("--dump: {}, or ALL", MissingStage { stage, model })));
+            }
             stages.push(stage);
         }
     }
@@ -290,10 +303,25 @@ mod tests {
 
     #[test]
     fn stage_lists() {
-        assert_eq!(stage_list("E,Q,E").unwrap(), [Stage::E, Stage::Q]);
-        assert_eq!(stage_list("ALL").unwrap(), Stage::ALL);
-        let Err(Failure::Usage(message)) = stage_list("E,X") else { panic!("X is no stage") };
-        assert!(format!("{message:?}").contains("Tm1_4"), "{message:?}");
+        let of = |text, model| stage_list(text, model);
+        assert_eq!(of("E,Q,E", Model::ApgStmd).unwrap(), [Stage::E, Stage::Q]);
+        assert_eq!(of("ALL", Model::ApgStmd).unwrap(), Model::ApgStmd.stages());
+        assert_eq!(of("all", Model::Estmd).unwrap(), Model::Estmd.stages());
+        for (text, model, said) in [("E,X", Model::ApgStmd, "Tm1_4"), ("Q", Model::Estmd, "estmd has no stage `Q`")] {
+            let Err(Failure::Usage(message)) = of(text, model) else { panic!("{model} has no {text}") };
+            assert!(format!("{message:?}").contains(said), "{message:?}");
+        }
+    }
+
+    #[test]
+    fn models_and_presets() {
+        let of = |model, preset| resolve_params(&ModelArgs { model, preset, ..ModelArgs::default() }).unwrap();
+        assert_eq!(of(None, None), Params::preset(Preset::Practical));
+        assert_eq!(of(Some(ModelArg::ApgStmd), None), Params::preset(Preset::Practical));
+        assert_eq!(of(Some(ModelArg::Dstmd), None), Params::for_model(Model::Dstmd));
+        assert_eq!(of(Some(ModelArg::Dstmd), Some(PresetArg::Paper)), Params::for_model(Model::Dstmd));
+        let practical = of(Some(ModelArg::Dstmd), Some(PresetArg::Practical));
+        assert_eq!((practical.model, practical.rejection.mode), (Model::Dstmd, RejectionMode::Motion));
     }
 
     #[test]

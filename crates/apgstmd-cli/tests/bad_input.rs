@@ -210,7 +210,7 @@ fn a_folder_without_permission() {
 #[test]
 fn nonsense_on_the_command_line() {
     let frames = folder(12);
-    let cases: [(&str, &[&str]); 22] = [
+    let cases: [(&str, &[&str]); 23] = [
         ("--start 5 --stop 5", &["--stop 5", "--start 5"]),
         ("--start 12", &["--start 12", "INPUT has 12", "0 to 11"]),
         ("--step 0", &["--step is 0"]),
@@ -228,6 +228,7 @@ fn nonsense_on_the_command_line() {
         ("--format xml", &["xml", "jsonl"]),
         ("--dump X", &["there is no stage `X`", "Tm1_4", "ALL"]),
         ("--dump ,", &["names no stage"]),
+        ("--model estmd --dump E", &["the model estmd has no stage `E`", "L1", "ALL"]),
         ("--dump E --dump-frames 12", &["12 is not in this run", "0 to 11"]),
         ("--dump E --dump-frames 5..20", &["5..20"]),
         ("--dump E --dump-frames x", &["`x`"]),

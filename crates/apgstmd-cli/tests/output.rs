@@ -33,6 +33,31 @@ fn csv_and_jsonl_hold_the_same() {
     }
 }
 
+/// Every output of every other model: tables, pictures, all the maps it has.
+#[test]
+fn other_models() {
+    let frames = folder(30);
+    for (model, maps) in [("stmd-plus", 11), ("dstmd", 12), ("cascaded", 11), ("estmd", 8)] {
+        let (_parent, out) = results();
+        let line = format!(
+            "run {{in}} --out {{out}} --model {model} --speed 1 --rejection off --format csv,jsonl --overlay --dump ALL \
+             --dump-frames 29"
+        );
+        apgstmd(&line, frames.path(), &out).ok();
+        let rows = csv_rows(&out.join("detections.csv"));
+        let best = rows.iter().filter(|row| row.frame == 29).max_by(|a, b| a.score.total_cmp(&b.score)).unwrap();
+        // Without a direction the response stays behind the target.
+        assert!((best.x - common::column(29)).abs() < 8.0 && (best.y - common::ROW).abs() < 1.0, "{model}: {best:?}");
+        let text = fs::read_to_string(out.join("detections.jsonl")).unwrap();
+        let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        assert_eq!(last["direction_rad"].is_null(), model == "estmd");
+        assert!(rows.iter().all(|row| row.direction.is_nan() == (model == "estmd")));
+        assert_eq!(fs::read_dir(out.join("dump")).unwrap().count(), maps, "{model}");
+        assert!(out.join("overlay/f_29.png").exists() && out.join("strip.png").exists());
+        assert_eq!(json(&out.join("run.json"))["params"]["model"], model);
+    }
+}
+
 #[test]
 fn record_says_what_was_done() {
     let frames = folder(36);

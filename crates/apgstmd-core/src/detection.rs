@@ -11,20 +11,31 @@ pub struct Detection {
     pub x: f32,
     /// Row of the target, px, downward.
     pub y: f32,
-    /// Facilitated response Q at the peak: comparable between frames and clips of one parameter set.
+    /// Response Q at the peak: comparable between frames and clips of one parameter set.
     pub score: f32,
-    /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up.
+    /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up. NaN where the
+    /// model has no directions.
     pub direction: f32,
     /// Number of the trace that links this target from frame to frame, counted from 0 since the last reset.
     pub trace: u64,
 }
 
+impl Detection {
+    /// Moves it along its direction, where it has one.
+    pub(crate) fn move_ahead(&mut self, distance: f32) {
+        if !self.direction.is_nan() {
+            self.x += distance * self.direction.cos();
+            self.y -= distance * self.direction.sin();
+        }
+    }
+}
+
 /// The maps and detections of one frame. Made once by [`crate::Detector::make_response`] and used again.
 #[derive(Clone, Debug)]
 pub struct Response {
-    /// max over directions of Q, (rows, columns).
+    /// max over directions of Q, (rows, columns). Q = E' in models without prediction, Y near confirmed peaks in ESTMD.
     pub map: Array2<f32>,
-    /// Angle of the vector sum of Q over directions, radians, NaN where Q = 0, (rows, columns).
+    /// Angle of the vector sum of Q over directions, radians, NaN where Q = 0 and in ESTMD, (rows, columns).
     pub direction: Array2<f32>,
     /// Confirmed targets, strongest first.
     pub detections: Vec<Detection>,

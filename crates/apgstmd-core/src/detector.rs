@@ -3,8 +3,9 @@
 use crate::detection::Response;
 use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
-use crate::model::ApgStmd;
+use crate::model::{Wiring, lag, latency, wire};
 use crate::params::Params;
+use crate::plane::Plane;
 use crate::probe::Probe;
 use crate::row::workers::Workers;
 use crate::timing::Timing;
@@ -39,7 +40,12 @@ pub const MOST_THREADS: usize = 256;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Detector {
-    model: ApgStmd,
+    params: Params,
+    frames: u64,
+    /// How far behind a target its response peaks, px.
+    lag: f32,
+    luminance: Plane,
+    model: Box<dyn Wiring>,
     workers: Workers,
 }
 
@@ -66,17 +72,24 @@ impl Detector {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
         let workers = Workers::new(threads)?;
-        Ok(Self { model: ApgStmd::new(size, params, threads), workers })
+        Ok(Self {
+            params: params.clone(),
+            frames: 0,
+            lag: lag::measure(params),
+            luminance: Plane::new(size),
+            model: wire(size, params, threads),
+            workers,
+        })
     }
 
     /// Size of the frames it takes.
     pub fn size(&self) -> Size {
-        self.model.size()
+        self.luminance.size()
     }
 
     /// Its parameters.
     pub fn params(&self) -> &Params {
-        self.model.params()
+        &self.params
     }
 
     /// Its number of threads.
@@ -86,19 +99,19 @@ impl Detector {
 
     /// Frames processed since construction or the last reset.
     pub fn frames(&self) -> u64 {
-        self.model.frames()
+        self.frames
     }
 
     /// How many frames after the onset of a matched target its facilitated response is complete: the peak of E plus
     /// the horizon of the prediction. Detections come earlier; none of a frame is ever delayed.
     pub fn latency(&self) -> usize {
-        self.model.latency()
+        latency(&self.params)
     }
 
     /// How far detections are moved forward along their direction, px: with `localise = target` the distance by which
     /// the response peaks behind the target, else 0.
     pub fn lag(&self) -> f32 {
-        self.model.lag()
+        self.lag
     }
 
     /// An output of the right size, to be used for every frame.
@@ -136,9 +149,12 @@ impl Detector {
         if response.size() != self.size() || response.direction.dim() != response.map.dim() {
             return Err(FrameError::Output { given: response.size(), expected: self.size() });
         }
-        self.model.take(frame)?;
-        let model = &mut self.model;
-        self.workers.run(move |bands| model.step(bands, response, timing));
+        frame.write_luminance(&mut self.luminance)?;
+        let Self { model, luminance, .. } = self;
+        let output = &mut *response;
+        self.workers.run(move |bands| model.step(bands, luminance, output, timing));
+        self.frames += 1;
+        response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
         Ok(())
     }
 
@@ -154,11 +170,12 @@ impl Detector {
 
     /// The inner stages of the last frame.
     pub fn probe(&self) -> Probe<'_> {
-        Probe::new(&self.model)
+        Probe::new(self.params.model, &*self.model)
     }
 
     /// Forgets everything seen: the next frame is a first frame.
     pub fn reset(&mut self) {
+        self.frames = 0;
         self.model.reset();
     }
 }

@@ -35,8 +35,8 @@ pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
 pub use error::{FrameError, ParamError};
 pub use frame::{Frame, Samples, Size};
-pub use params::{Params, Preset};
-pub use probe::{Probe, Stage, UnknownStage};
+pub use params::{Model, Params, Preset, UnknownModel};
+pub use probe::{MissingStage, Probe, Stage, UnknownStage};
 pub use timing::Timing;
 
 /// Preferred directions of the lobula: k pi / 4, counter-clockwise on the screen.

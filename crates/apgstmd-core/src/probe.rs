@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use ndarray::Array3;
 
-use crate::model::ApgStmd;
+use crate::model::Wiring;
+use crate::params::Model;
 
 macro_rules! stages {
     ($( $(#[doc = $doc:literal])* $name:ident = $text:literal ),* $(,)?) => {
@@ -37,6 +38,8 @@ stages! {
     Pe = "Pe",
     /// Lamina output L (LMC).
     L = "L",
+    /// Lamina output after lateral inhibition, L1. What follows it reads L1 in place of L.
+    L1 = "L1",
     /// ON signal: the positive part of L.
     Tm3 = "Tm3",
     /// OFF signal: the negative part of L, as a positive number.
@@ -47,11 +50,21 @@ stages! {
     Tm1_4 = "Tm1_4",
     /// OFF signal, longer delay.
     Tm1_5 = "Tm1_5",
+    /// ESTMD: ON signal after lateral inhibition.
+    ON = "ON",
+    /// ESTMD: OFF signal after lateral inhibition.
+    OFF = "OFF",
+    /// ESTMD: delayed OFF signal.
+    OFFd = "OFFd",
+    /// ESTMD output Y, without direction.
+    Y = "Y",
+    /// Cascaded: Y after its low-pass filter.
+    Yd = "Yd",
     /// Correlation D before inhibition, 8 directions.
     D = "D",
-    /// STMD output E, 8 directions.
+    /// Output E of the STMD or, in Cascaded, of the motion detectors, 8 directions.
     E = "E",
-    /// E near confirmed peaks, what prediction receives, 8 directions.
+    /// E near confirmed peaks, what prediction receives, 8 directions. Without prediction it is the response.
     Ep = "Ep",
     /// Predictive gain F, 8 directions.
     F = "F",
@@ -80,7 +93,7 @@ impl fmt::Display for Stage {
 
 /// There is no stage of this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no stage `{0}`: the stages are P, C, A, Pe, L, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, D, E, Ep, F, M, Q")]
+#[error("there is no stage `{0}`: the stages are {all}", all = names(Stage::ALL))]
 pub struct UnknownStage(pub String);
 
 impl FromStr for Stage {
@@ -90,19 +103,56 @@ impl FromStr for Stage {
     }
 }
 
+/// The model has no stage of this name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the model {model} has no stage `{stage}`: its stages are {own}", own = names(model.stages()))]
+pub struct MissingStage {
+    /// The stage asked for.
+    pub stage: Stage,
+    /// The model asked.
+    pub model: Model,
+}
+
+fn names(stages: &[Stage]) -> String {
+    stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ")
+}
+
+impl Model {
+    /// The stages it has, in the order of the data flow.
+    pub const fn stages(self) -> &'static [Stage] {
+        use Stage::{A, C, D, E, Ep, F, L, L1, M, Mi1, OFF, OFFd, ON, P, Pe, Q, Tm1_4, Tm1_5, Tm2, Tm3, Y, Yd};
+        match self {
+            Self::ApgStmd => &[P, C, A, Pe, L, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, D, E, Ep, F, M, Q],
+            Self::StmdPlus => &[P, C, L, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, D, E, Ep],
+            Self::Dstmd => &[P, C, L, L1, Tm3, Tm2, Mi1, Tm1_4, Tm1_5, D, E, Ep],
+            Self::Cascaded => &[P, C, L, L1, ON, OFF, OFFd, Y, Yd, E, Ep],
+            Self::Estmd => &[P, C, L, L1, ON, OFF, OFFd, Y],
+        }
+    }
+}
+
 /// Read access to the stages of the last processed frame, from [`crate::Detector::probe`].
 #[derive(Clone, Copy)]
 pub struct Probe<'a> {
-    model: &'a ApgStmd,
+    model: Model,
+    wiring: &'a dyn Wiring,
 }
 
 impl<'a> Probe<'a> {
-    pub(crate) fn new(model: &'a ApgStmd) -> Self {
-        Self { model }
+    pub(crate) fn new(model: Model, wiring: &'a dyn Wiring) -> Self {
+        Self { model, wiring }
+    }
+
+    /// The stages there are: those of the model.
+    pub fn stages(&self) -> &'static [Stage] {
+        self.model.stages()
     }
 
     /// A copy of the stage: ([`Stage::planes`], rows, columns). Before the first frame all are zero.
-    pub fn stage(&self, stage: Stage) -> Array3<f32> {
-        self.model.stage(stage)
+    ///
+    /// # Errors
+    /// The model has no such stage.
+    pub fn stage(&self, stage: Stage) -> Result<Array3<f32>, MissingStage> {
+        self.wiring.stage(stage).ok_or(MissingStage { stage, model: self.model })
     }
 }

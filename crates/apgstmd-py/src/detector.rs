@@ -3,10 +3,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{Detection, Params, Response, Size, Stage};
+use apgstmd_core::{Detection, Model, Params, Response, Size, Stage};
 use ndarray::Axis;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::arrays::Borrowed;
 use crate::errors::Error;
@@ -30,6 +31,7 @@ pub struct Detector {
     latency: usize,
     #[pyo3(get)]
     lag: f32,
+    model: Model,
 }
 
 #[pymethods]
@@ -59,6 +61,7 @@ impl Detector {
             threads: detector.threads(),
             latency: detector.latency(),
             lag: detector.lag(),
+            model: read.model,
             detector: Mutex::new(detector),
         })
     }
@@ -75,9 +78,19 @@ impl Detector {
         Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift))
     }
 
+    #[getter]
+    fn model(&self) -> &'static str {
+        self.model.name()
+    }
+
+    #[getter]
+    fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.model.stages().iter().map(|stage| stage.name()))
+    }
+
     fn stage<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let stage: Stage = name.parse().map_err(Error::from)?;
-        let maps = self.run(py, |detector| detector.probe().stage(stage))?;
+        let maps = self.run(py, |detector| detector.probe().stage(stage))?.map_err(Error::from)?;
         Ok(match stage.planes() {
             1 => maps.index_axis_move(Axis(0), 0).into_pyarray(py).into_any(),
             _ => maps.into_pyarray(py).into_any(),

@@ -1,7 +1,7 @@
 //! The one place where the core's errors become Python exceptions.
 
 use apgstmd_cli::failure::Failure;
-use apgstmd_core::{FrameError, ParamError, UnknownStage};
+use apgstmd_core::{FrameError, MissingStage, ParamError, UnknownModel, UnknownStage};
 use pyo3::PyErr;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 
@@ -41,6 +41,18 @@ impl From<FrameError> for Error {
 
 impl From<UnknownStage> for Error {
     fn from(error: UnknownStage) -> Self {
+        Self::Value(error.to_string())
+    }
+}
+
+impl From<MissingStage> for Error {
+    fn from(error: MissingStage) -> Self {
+        Self::Value(error.to_string())
+    }
+}
+
+impl From<UnknownModel> for Error {
+    fn from(error: UnknownModel) -> Self {
         Self::Value(error.to_string())
     }
 }

@@ -17,6 +17,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let stages = apgstmd_core::Stage::ALL.iter().map(|stage| stage.name());
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("STAGES", PyTuple::new(module.py(), stages)?)?;
+    let models = apgstmd_core::Model::ALL.iter().map(|model| model.name());
+    module.add("MODELS", PyTuple::new(module.py(), models)?)?;
     module.add_class::<detector::Detector>()?;
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;

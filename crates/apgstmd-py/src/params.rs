@@ -1,6 +1,6 @@
 //! Parameters by name: Python values in, the full parameter file out.
 
-use apgstmd_core::{Params, Preset};
+use apgstmd_core::{Model, Params, Preset};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use toml::{Table, Value};
@@ -18,11 +18,12 @@ pub fn fields() -> Vec<(&'static str, &'static str, String, String)> {
         .collect()
 }
 
-/// The full parameter file: `file` (TOML), `table` or `preset`, tuned to `speed`, with `overrides` put in last.
-/// What a file or a table leaves out is the paper's.
+/// The full parameter file: `file` (TOML), `table`, or `model` and `preset`, tuned to `speed`, with `overrides` put in
+/// last. What a file or a table leaves out is as its model has it.
 #[pyfunction]
 pub fn resolve(
-    preset: &str,
+    model: Option<&str>,
+    preset: Option<&str>,
     file: Option<&str>,
     table: Option<&Bound<'_, PyDict>>,
     speed: Option<f64>,
@@ -30,8 +31,14 @@ pub fn resolve(
 ) -> PyResult<String> {
     let mut params = match (file, table) {
         (Some(text), _) => Params::from_toml(text).map_err(Error::from)?,
-        (None, Some(sections)) => Params::default().with_table(&to_table(sections)?).map_err(Error::from)?,
-        (None, None) => Params::preset(parse_preset(preset)?),
+        (None, Some(sections)) => Params::from_table(&to_table(sections)?).map_err(Error::from)?,
+        (None, None) => {
+            let model = model.map_or(Ok(Model::ApgStmd), str::parse).map_err(Error::from)?;
+            match preset {
+                Some(preset) => Params::for_model(model).with_preset(parse_preset(preset)?),
+                None => Params::usual(model),
+            }
+        }
     };
     if let Some(speed) = speed {
         params = params.for_speed(speed).map_err(Error::from)?;
@@ -50,6 +57,11 @@ fn parse_preset(text: &str) -> Result<Preset, Error> {
 fn to_table(sections: &Bound<'_, PyDict>) -> PyResult<Table> {
     let mut table = Table::new();
     for (section, fields) in sections {
+        // `model` stands in no section.
+        if let Ok(text) = fields.cast::<PyString>() {
+            table.insert(section.extract()?, Value::String(text.extract()?));
+            continue;
+        }
         let mut into = Table::new();
         for (name, value) in fields.cast::<PyDict>()? {
             let name: String = name.extract()?;

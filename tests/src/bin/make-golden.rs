@@ -4,7 +4,7 @@
 use std::error::Error;
 use std::fs::File;
 
-use apgstmd_core::Stage;
+use apgstmd_core::Model;
 use apgstmd_tests::golden;
 use apgstmd_tests::naive::Naive;
 use ndarray::{Array3, Axis, stack};
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{t:3} {detection:?}");
         }
         if golden::OWN_STAGES.contains(&t) {
-            for &stage in Stage::ALL {
+            for &stage in Model::ApgStmd.stages() {
                 let planes: Vec<_> = seen[stage].iter().map(|map| map.view()).collect();
                 let planes = stack(Axis(0), &planes)?.mapv(|v| v as f32);
                 npz.add_array(format!("{stage}_{t:06}"), &planes)?;

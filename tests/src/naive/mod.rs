@@ -15,6 +15,7 @@ pub mod map;
 pub mod prediction;
 pub mod rejection;
 pub mod retina;
+pub mod rivals;
 pub mod shift;
 
 use std::ops::Index;
@@ -44,7 +45,9 @@ pub struct Detection {
 
 /// Everything about one frame.
 pub struct Seen {
-    stages: Vec<Vec<Map>>,
+    stages: Vec<(Stage, Vec<Map>)>,
+    /// The response, of which the output shows the maximum: Q, or E' in models without prediction.
+    pub q: Vec<Map>,
     /// Detections, highest score first.
     pub detections: Vec<Detection>,
     /// The background's shift as estimated here.
@@ -54,7 +57,8 @@ pub struct Seen {
 impl Index<Stage> for Seen {
     type Output = [Map];
     fn index(&self, stage: Stage) -> &[Map] {
-        &self.stages[stage as usize]
+        let found = self.stages.iter().find(|(own, _)| *own == stage);
+        &found.unwrap_or_else(|| panic!("the model has no stage {stage}")).1
     }
 }
 
@@ -198,43 +202,51 @@ impl Naive {
         };
         self.m.push(m.clone());
 
-        let mut detections: Vec<_> = confirmed.iter().map(|confirmed| self.detection(confirmed, &q)).collect();
+        let mut detections: Vec<_> =
+            confirmed.iter().map(|confirmed| Detection::new(confirmed, &q, &params, self.lag)).collect();
         detections.sort_by(|a, b| b.score.total_cmp(&a.score));
-        // In the order of `Stage::ALL`.
         let stages = vec![
-            vec![p],
-            c,
-            vec![a],
-            vec![p_e],
-            vec![l],
-            vec![tm3],
-            vec![tm2],
-            vec![mi1],
-            vec![tm1_4],
-            vec![tm1_5],
-            d,
-            e,
-            kept,
-            f,
-            vec![m],
-            q,
+            (Stage::P, vec![p]),
+            (Stage::C, c),
+            (Stage::A, vec![a]),
+            (Stage::Pe, vec![p_e]),
+            (Stage::L, vec![l]),
+            (Stage::Tm3, vec![tm3]),
+            (Stage::Tm2, vec![tm2]),
+            (Stage::Mi1, vec![mi1]),
+            (Stage::Tm1_4, vec![tm1_4]),
+            (Stage::Tm1_5, vec![tm1_5]),
+            (Stage::D, d),
+            (Stage::E, e),
+            (Stage::Ep, kept),
+            (Stage::F, f),
+            (Stage::M, vec![m]),
+            (Stage::Q, q.clone()),
         ];
-        Seen { stages, detections, shift }
+        Seen { stages, q, detections, shift }
     }
+}
 
-    fn detection(&self, confirmed: &Confirmed, q: &[Map]) -> Detection {
+impl Detection {
+    /// Read from the response `q`, in 8 directions or in one map that has none.
+    fn new(confirmed: &Confirmed, q: &[Map], params: &Params, lag: f64) -> Self {
         let q: Vec<f64> = q.iter().map(|q| q[confirmed.peak.pixel]).collect();
+        let score = q.iter().copied().fold(0.0, f64::max);
+        let (x, y) = confirmed.peak.place;
+        if q.len() != DIRECTIONS {
+            return Self { x, y, score, direction: f64::NAN, directedness: f64::NAN, trace: confirmed.trace };
+        }
         let (mut cos, mut sin) = (0.0, 0.0);
         for (k, q) in q.iter().enumerate() {
             cos += q * lobula::theta(k).cos();
             sin += q * lobula::theta(k).sin();
         }
         let direction = sin.atan2(cos);
-        let lag = if self.params.detection.localise == Localise::Target { self.lag } else { 0.0 };
-        Detection {
-            x: confirmed.peak.place.0 + lag * direction.cos(),
-            y: confirmed.peak.place.1 - lag * direction.sin(),
-            score: q.iter().copied().fold(0.0, f64::max),
+        let lag = if params.detection.localise == Localise::Target { lag } else { 0.0 };
+        Self {
+            x: x + lag * direction.cos(),
+            y: y - lag * direction.sin(),
+            score,
             direction,
             directedness: cos.hypot(sin) / q.iter().sum::<f64>(),
             trace: confirmed.trace,

@@ -37,7 +37,7 @@ impl Sink for Dump {
             return Ok(());
         }
         for stage in &self.stages {
-            let maps = seen.probe.stage(*stage);
+            let maps = seen.probe.stage(*stage).map_err(Failure::failed)?;
             let path = self.folder.join(file_name(*stage, seen.frame));
             let view =
                 if stage.planes() == 1 { maps.index_axis(Axis(0), 0).into_dyn() } else { maps.view().into_dyn() };

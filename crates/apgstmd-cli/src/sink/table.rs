@@ -21,7 +21,8 @@ struct Row<'a> {
     x: f32,
     y: f32,
     score: f32,
-    direction_rad: f32,
+    /// Empty in CSV, null in JSON where there is none.
+    direction_rad: Option<f32>,
     trace: u64,
 }
 
@@ -32,7 +33,7 @@ fn rows<'a>(seen: &'a Seen<'_>) -> impl Iterator<Item = Row<'a>> {
         x: detection.x,
         y: detection.y,
         score: detection.score,
-        direction_rad: detection.direction,
+        direction_rad: Some(detection.direction).filter(|direction| !direction.is_nan()),
         trace: detection.trace,
     })
 }

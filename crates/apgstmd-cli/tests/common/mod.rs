@@ -116,7 +116,8 @@ pub fn csv_rows(path: &Path) -> Vec<Row> {
             x: cells[2].parse().unwrap(),
             y: cells[3].parse().unwrap(),
             score: cells[4].parse().unwrap(),
-            direction: cells[5].parse().unwrap(),
+            // Empty where the model has no directions.
+            direction: if cells[5].is_empty() { f64::NAN } else { cells[5].parse().unwrap() },
             trace: cells[6].parse().unwrap(),
         }
     });

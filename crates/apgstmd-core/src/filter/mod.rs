@@ -2,6 +2,8 @@
 
 pub(crate) mod gamma;
 pub(crate) mod kernel;
+pub(crate) mod low_pass;
+pub(crate) mod opponent;
 pub(crate) mod patch;
 pub(crate) mod peaks;
 pub(crate) mod ring;

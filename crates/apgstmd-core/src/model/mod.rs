@@ -1,6 +1,63 @@
-//! Wiring of the models.
+//! Wiring: one file a model, its stages in the order of the data flow.
 
 mod apg_stmd;
-mod lag;
+mod cascaded;
+mod dstmd;
+mod estmd;
+pub(crate) mod lag;
+mod stmd_plus;
 
-pub(crate) use apg_stmd::ApgStmd;
+use ndarray::{Array3, ArrayView3, Axis, concatenate};
+
+use crate::detection::Response;
+use crate::frame::Size;
+use crate::params::{Model, Params};
+use crate::plane::Plane;
+use crate::probe::Stage;
+use crate::row::bands::Bands;
+use crate::row::recurse::Prepare;
+use crate::timing::Timing;
+
+/// A model, wired: everything between luminance and response.
+pub(crate) trait Wiring: Send + Sync {
+    /// One time step. Detections stand where the response peaks.
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
+
+    /// A stage of the last frame, (maps, rows, columns), if the model has it.
+    fn stage(&self, stage: Stage) -> Option<Array3<f32>>;
+
+    /// As before the first frame.
+    fn reset(&mut self);
+}
+
+/// The model that `params` name. They are valid and `size` is large enough.
+pub(crate) fn wire(size: Size, params: &Params, threads: usize) -> Box<dyn Wiring> {
+    match params.model {
+        Model::ApgStmd => Box::new(apg_stmd::ApgStmd::new(size, params, threads)),
+        Model::StmdPlus => Box::new(stmd_plus::StmdPlus::new(size, params, threads)),
+        Model::Dstmd => Box::new(dstmd::Dstmd::new(size, params, threads)),
+        Model::Cascaded => Box::new(cascaded::Cascaded::new(size, params, threads)),
+        Model::Estmd => Box::new(estmd::Estmd::new(size, params, threads)),
+    }
+}
+
+/// Frames from the onset of a matched target to its complete response: the longest delay, and the horizon of the
+/// prediction.
+pub(crate) fn latency(params: &Params) -> usize {
+    let delay = match params.model {
+        Model::ApgStmd | Model::StmdPlus | Model::Dstmd => params.medulla.tm1_5_tau,
+        Model::Cascaded => params.estmd.off_tau + params.emd.tau,
+        Model::Estmd => params.estmd.off_tau,
+    };
+    delay.ceil() as usize + if params.model == Model::ApgStmd { params.horizon() } else { 0 }
+}
+
+fn stack<const N: usize>(planes: &[Plane; N]) -> Array3<f32> {
+    let views: [ArrayView3<'_, f32>; N] = planes.each_ref().map(Plane::view3);
+    concatenate(Axis(0), &views).expect("all planes of a stage have one size")
+}
+
+/// The positive or negative part of a signal.
+fn part(signal: &Plane, sign: Prepare) -> Array3<f32> {
+    signal.view3().mapv(|value| sign.apply(value))
+}

@@ -1,30 +1,50 @@
 //! Parameter files: TOML in, commented TOML out.
 
-use super::Params;
+use super::{Model, Params};
 use crate::error::ParamError;
 
+/// The one key that stands in no section.
+const MODEL: &str = "model";
+
+fn only_model(table: &toml::Table) -> toml::Table {
+    table.iter().filter(|(key, _)| *key == MODEL).map(|(key, value)| (key.clone(), value.clone())).collect()
+}
+
 impl Params {
-    /// Reads a parameter file. What it leaves out keeps its default (the paper).
+    /// Reads a parameter file. What it leaves out is as [`Params::for_model`] has it for the `model` it names, which is
+    /// apg-STMD where it names none.
     ///
     /// # Errors
     /// Unknown keys, wrong types (both with line and column) and values out of range.
     pub fn from_toml(text: &str) -> Result<Self, ParamError> {
-        let params: Self = toml::from_str(text).map_err(ParamError::toml)?;
-        params.validate()?;
-        Ok(params)
+        let Self { model, .. } = toml::from_str(text).map_err(ParamError::toml)?;
+        Self::for_model(model).with_table(&toml::from_str(text).map_err(ParamError::toml)?)
     }
 
-    /// Replaces the values that `table` (section -> field -> value) names.
+    /// As [`Params::from_toml`], from a table that was read elsewhere.
+    ///
+    /// # Errors
+    /// As `with_table`.
+    pub fn from_table(table: &toml::Table) -> Result<Self, ParamError> {
+        let model = Self::default().with_table(&only_model(table))?.model;
+        Self::for_model(model).with_table(table)
+    }
+
+    /// Replaces the values that `table` (section -> field -> value, and `model`) names.
     ///
     /// # Errors
     /// Unknown sections or fields, wrong types, values out of range.
     pub fn with_table(&self, table: &toml::Table) -> Result<Self, ParamError> {
         let mut all = toml::Table::try_from(self).expect("parameters are plain tables");
         for (section, fields) in table {
-            let (Some(toml::Value::Table(into)), toml::Value::Table(fields)) = (all.get_mut(section), fields) else {
-                return Err(ParamError::Toml { message: format!("there is no section `{section}` of parameters") });
-            };
-            into.extend(fields.clone());
+            match (all.get_mut(section), fields) {
+                (Some(toml::Value::Table(into)), toml::Value::Table(fields)) => into.extend(fields.clone()),
+                (Some(model), fields) if section == MODEL => *model = fields.clone(),
+                _ => {
+                    let message = format!("there is no section `{section}` of parameters");
+                    return Err(ParamError::Toml { message });
+                }
+            }
         }
         let params: Self = all.try_into().map_err(ParamError::toml)?;
         params.validate()?;
@@ -35,7 +55,10 @@ impl Params {
     pub fn to_toml(&self) -> String {
         let all = toml::Table::try_from(self).expect("parameters are plain tables");
         let mut text =
-            String::from("# apg-STMD parameters. Lengths in pixels, times in frames, luminance in [0, 1].\n");
+            String::from("# apg-STMD parameters. Lengths in pixels, times in frames, luminance in [0, 1].\n\n");
+        text += "# The model. Parameters of stages that it has not are ignored; \"(name)\" marks those of one model only.\n";
+        let names: Vec<_> = Model::ALL.iter().map(|model| format!("\"{model}\"")).collect();
+        text += &format!("# It must be one of {}.\nmodel = \"{}\"\n", names.join(", "), self.model);
         let mut section = "";
         for field in Self::fields() {
             if field.section != section {
@@ -58,18 +81,37 @@ mod tests {
 
     #[test]
     fn file_round_trip() {
-        for preset in [Preset::Paper, Preset::Practical] {
+        let presets = [Preset::Paper, Preset::Practical].map(Params::preset);
+        let models = Model::ALL.iter().map(|model| Params::for_model(*model));
+        for params in presets.into_iter().chain(models) {
             for speed in [0.25, 0.9, 8.0] {
-                let params = Params::preset(preset).for_speed(speed).unwrap();
-                assert_eq!(Params::from_toml(&params.to_toml()).unwrap(), params);
+                let params = params.for_speed(speed).unwrap();
+                let text = params.to_toml();
+                assert_eq!(Params::from_toml(&text).unwrap(), params);
+                assert_eq!(Params::from_table(&toml::from_str(&text).unwrap()).unwrap(), params);
             }
         }
     }
 
     #[test]
+    fn what_a_file_leaves_out_is_as_its_model_has_it() {
+        for &model in Model::ALL {
+            let text = format!("model = \"{model}\"\n[retina]\nsigma = 2.0\n");
+            let mut expected = Params::for_model(model);
+            expected.retina.sigma = 2.0;
+            assert_eq!(Params::from_toml(&text).unwrap(), expected);
+            assert_eq!(Params::from_table(&toml::from_str(&text).unwrap()).unwrap(), expected);
+        }
+        let error = Params::from_toml("model = \"stmd\"\n").unwrap_err().to_string();
+        assert!(error.contains("line 1") && error.contains("stmd-plus"), "{error}");
+        assert!(Params::from_table(&toml::from_str("model = 3").unwrap()).is_err());
+    }
+
+    #[test]
     fn every_field_is_documented_in_the_file() {
         let all = toml::Table::try_from(Params::default()).unwrap();
-        let count: usize = all.values().map(|section| section.as_table().unwrap().len()).sum();
+        // All but `model`, which is documented as a whole.
+        let count: usize = all.values().filter_map(|section| Some(section.as_table()?.len())).sum();
         assert_eq!(Params::fields().count(), count);
         assert!(Params::fields().all(|field| !field.doc.is_empty()));
     }

@@ -4,11 +4,13 @@
 
 mod field;
 mod file;
+mod model;
 
 use field::{Any, Between, EachBetween, Rule, check, stage_params};
 use serde::{Deserialize, Serialize};
 
 pub use field::FieldInfo;
+pub use model::{Model, UnknownModel};
 
 use crate::error::ParamError;
 
@@ -108,6 +110,23 @@ stage_params! {
 }
 
 stage_params! {
+    /// Lateral inhibition in the lamina of ESTMD, Cascaded and DSTMD:
+    /// L1 = ([h]+ * L) filtered by exp(-t / excitation_tau) + ([h]- * L) filtered by exp(-t / inhibition_tau).
+    LaminaInhibitionParams in "lamina_inhibition" {
+        /// (estmd, cascaded, dstmd) Standard deviation of the centre of h, px.
+        center_sigma: f64 = 1.5, Between(0.3, 8.0);
+        /// (estmd, cascaded, dstmd) Standard deviation of the surround of h, px.
+        surround_sigma: f64 = 3.0, Between(0.3, 8.0);
+        /// (estmd, cascaded, dstmd) Half width of h, px.
+        radius: u32 = 5, Between(1, 24);
+        /// (estmd, cascaded, dstmd) Time constant of the excitation by the centre, frames.
+        excitation_tau: f64 = 3.0, Between(0.01, 500.0);
+        /// (estmd, cascaded, dstmd) Time constant of the inhibition by the surround, frames.
+        inhibition_tau: f64 = 9.0, Between(0.01, 500.0);
+    }
+}
+
+stage_params! {
     /// Medulla: delayed ON (Mi1) and OFF (Tm1) signals.
     MedullaParams in "medulla" {
         /// n_3: order of the Mi1 delay.
@@ -150,6 +169,26 @@ stage_params! {
         direction_surround_sigma: f64 = 3.0, Between(0.1, 16.0);
         /// Responses at or below this become exactly zero.
         response_floor: f64 = 1e-12, Between(0.0, 1.0);
+    }
+}
+
+stage_params! {
+    /// ESTMD: ON times delayed OFF. Its lateral kernel is that of the lobula.
+    EstmdParams in "estmd" {
+        /// (estmd, cascaded) Order of the delay of the OFF signal.
+        off_order: u32 = 12, Between(1, 24);
+        /// (estmd, cascaded) Time constant of the delay of the OFF signal, frames.
+        off_tau: f64 = 25.0, Between(0.01, 500.0);
+    }
+}
+
+stage_params! {
+    /// Elementary motion detectors of the Cascaded model.
+    EmdParams in "emd" {
+        /// (cascaded) Distance to the upstream pixel, px.
+        spacing: f64 = 3.0, Between(0.0, 32.0);
+        /// (cascaded) Time constant of the low-pass filter, frames.
+        tau: f64 = 12.0, Between(0.01, 500.0);
     }
 }
 
@@ -229,7 +268,8 @@ stage_params! {
     }
 }
 
-/// All parameters of apg-STMD. `Default` is the paper.
+/// The choice of a model and all parameters. `Default` is apg-STMD as in the paper. Sections of stages that a model has
+/// not are ignored.
 ///
 /// ```
 /// use apgstmd_core::{Params, Preset};
@@ -241,16 +281,24 @@ stage_params! {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
+    /// Which model is computed. [`Params::for_model`] also sets the constants that are its own.
+    pub model: Model,
     /// Retina.
     pub retina: RetinaParams,
     /// Attention.
     pub attention: AttentionParams,
     /// Lamina.
     pub lamina: LaminaParams,
+    /// Lateral inhibition in the lamina.
+    pub lamina_inhibition: LaminaInhibitionParams,
     /// Medulla.
     pub medulla: MedullaParams,
     /// Lobula.
     pub lobula: LobulaParams,
+    /// ESTMD.
+    pub estmd: EstmdParams,
+    /// Elementary motion detectors.
+    pub emd: EmdParams,
     /// Rejection.
     pub rejection: RejectionParams,
     /// Prediction.
@@ -265,16 +313,22 @@ pub struct Params {
 pub const SPEED_RANGE: std::ops::RangeInclusive<f64> = 0.01..=32.0;
 
 impl Params {
-    /// A ready-made set.
+    /// A ready-made set of apg-STMD.
     pub fn preset(preset: Preset) -> Self {
-        let mut params = Self::default();
+        Self::default().with_preset(preset)
+    }
+
+    /// What a preset changes in parameters as published: `Paper` nothing, `Practical` the rejection, attention and
+    /// localisation.
+    #[must_use]
+    pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
-            params.rejection.mode = RejectionMode::Motion;
-            params.attention.ramp = 10.0;
-            params.attention.threshold = 0.02;
-            params.detection.localise = Localise::Target;
+            self.rejection.mode = RejectionMode::Motion;
+            self.attention.ramp = 10.0;
+            self.attention.threshold = 0.02;
+            self.detection.localise = Localise::Target;
         }
-        params
+        self
     }
 
     /// The same model tuned to `speed` px/frame: with k = speed / v_opt every time constant is divided by k, the horizon
@@ -294,6 +348,10 @@ impl Params {
             &mut params.medulla.mi1_tau,
             &mut params.medulla.tm1_4_tau,
             &mut params.medulla.tm1_5_tau,
+            &mut params.lamina_inhibition.excitation_tau,
+            &mut params.lamina_inhibition.inhibition_tau,
+            &mut params.estmd.off_tau,
+            &mut params.emd.tau,
         ] {
             *tau /= k;
         }
@@ -312,8 +370,11 @@ impl Params {
             RetinaParams::FIELDS,
             AttentionParams::FIELDS,
             LaminaParams::FIELDS,
+            LaminaInhibitionParams::FIELDS,
             MedullaParams::FIELDS,
             LobulaParams::FIELDS,
+            EstmdParams::FIELDS,
+            EmdParams::FIELDS,
             RejectionParams::FIELDS,
             PredictionParams::FIELDS,
             DetectionParams::FIELDS,
@@ -331,8 +392,11 @@ impl Params {
         self.retina.check_ranges()?;
         self.attention.check_ranges()?;
         self.lamina.check_ranges()?;
+        self.lamina_inhibition.check_ranges()?;
         self.medulla.check_ranges()?;
         self.lobula.check_ranges()?;
+        self.estmd.check_ranges()?;
+        self.emd.check_ranges()?;
         self.rejection.check_ranges()?;
         self.prediction.check_ranges()?;
         self.detection.check_ranges()?;

@@ -93,7 +93,7 @@ fn vertical_in<S: Simd, const K: usize>(simd: S, src: [&[f32]; K], stride: usize
 /// As asserted by `vertical_in` for this `x`.
 #[inline(always)]
 #[allow(unsafe_code)]
-unsafe fn vertical_sum<S: Simd, const K: usize>(
+pub(super) unsafe fn vertical_sum<S: Simd, const K: usize>(
     simd: S,
     src: [&[f32]; K],
     stride: usize,

@@ -3,5 +3,6 @@
 pub(crate) mod bands;
 pub(crate) mod convolve;
 pub(crate) mod mix;
+pub(crate) mod opponent;
 pub(crate) mod recurse;
 pub(crate) mod workers;

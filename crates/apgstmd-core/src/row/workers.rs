@@ -81,6 +81,8 @@ impl Pool {
             .num_threads(threads)
             .thread_name(|index| format!("apgstmd-{index}"))
             .build()?;
+        // Threads allocate while they start; from here on they are up.
+        pool.broadcast(|_| ());
         let door = Arc::new(Door { state: Mutex::new(State::Idle), changed: Condvar::new() });
         let inside = Arc::clone(&door);
         pool.spawn(move || inside.drive());

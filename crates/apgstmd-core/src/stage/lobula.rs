@@ -4,13 +4,12 @@
 //! g = G(sigma_2) - e G(sigma_3) - rho is computed as B g + (A - B) [g]+: two separable Gaussians and a small core.
 //! About 100 operations a pixel and direction; where D is zero, none.
 
-use std::f64::consts::TAU;
-
 use ndarray::Array3;
 
 use crate::DIRECTIONS;
 use crate::direction::upstream;
-use crate::filter::kernel::{gaussian_half, normal};
+use crate::filter::kernel::normal;
+use crate::filter::opponent::Opponent;
 use crate::filter::patch::Patch;
 use crate::frame::Size;
 use crate::params::LobulaParams;
@@ -46,17 +45,7 @@ struct Work {
 impl Lobula {
     pub fn new(size: Size, params: &LobulaParams, threads: usize) -> Self {
         let radius = params.radius as usize;
-        let (center, surround) =
-            (gaussian_half(params.center_sigma, radius), gaussian_half(params.surround_sigma, radius));
-        let (a, b) = (params.excitation, params.inhibition);
-        let center_weight = 1.0 / (TAU * params.center_sigma.powi(2));
-        let surround_weight = params.surround_weight / (TAU * params.surround_sigma.powi(2));
-        let core = |dy: usize, dx: usize| {
-            let smooth = center_weight * center[dy] * center[dx] - surround_weight * surround[dy] * surround[dx];
-            let g: f64 = smooth - params.offset;
-            ((a - b) * g.max(0.0) - b * params.offset) as f32
-        };
-        let reach = (0..=radius).rev().find(|r| (0..=*r).any(|i| core(*r, i) != 0.0)).unwrap_or(0);
+        let (along, lateral) = lateral(params);
         // At even distances around the circle both ways are the same direction: d = 4 counts once.
         let between = std::array::from_fn(|d| {
             let d = d as f64;
@@ -64,18 +53,8 @@ impl Lobula {
         });
         Self {
             upstream: std::array::from_fn(|k| upstream(k, params.spacing)),
-            along: (0..=radius).map(|d| [center[d] as f32, surround[d] as f32]).collect(),
-            lateral: Lateral {
-                across: (0..=radius)
-                    .map(|d| [(b * center_weight * center[d]) as f32, (-b * surround_weight * surround[d]) as f32])
-                    .collect(),
-                reach,
-                core: (0..=2 * reach)
-                    .flat_map(|row| (0..=2 * reach).map(move |column| (row, column)))
-                    .map(|(row, column)| (row, column, core(row.abs_diff(reach), column.abs_diff(reach))))
-                    .filter(|(_, _, tap)| *tap != 0.0)
-                    .collect(),
-            },
+            along,
+            lateral,
             between,
             floor: params.response_floor as f32,
             e: std::array::from_fn(|_| Plane::new(size)),
@@ -171,6 +150,18 @@ impl Lobula {
         }
         d
     }
+}
+
+/// W_s as two separable Gaussians and a core: taps along rows, and the rest.
+pub(crate) fn lateral(params: &LobulaParams) -> (Vec<[f32; 2]>, Lateral) {
+    let g = Opponent {
+        center_sigma: params.center_sigma,
+        surround_sigma: params.surround_sigma,
+        surround_weight: params.surround_weight,
+        offset: params.offset,
+        radius: params.radius as usize,
+    };
+    g.parts(params.inhibition, params.excitation - params.inhibition)
 }
 
 /// One row of D, from pixel (y, x) on; zero where the pixel or the one upstream lies outside the picture.

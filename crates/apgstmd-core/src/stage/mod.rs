@@ -3,12 +3,16 @@
 pub(crate) mod attention;
 pub(crate) mod background;
 pub(crate) mod contrast;
+pub(crate) mod emd;
+pub(crate) mod estmd;
 pub(crate) mod facilitation;
 pub(crate) mod lamina;
+pub(crate) mod lamina_inhibition;
 pub(crate) mod lobula;
 pub(crate) mod medulla;
 pub(crate) mod memorizer;
 pub(crate) mod prediction;
+pub(crate) mod readout;
 pub(crate) mod rejection;
 pub(crate) mod retina;
 pub(crate) mod traces;

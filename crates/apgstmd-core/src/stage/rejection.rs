@@ -4,7 +4,6 @@
 //! everything; `contrast` asks that directional contrast vary along the trace (STMD+); `motion` asks that the trace move,
 //! in a line, relative to the background.
 
-use crate::DIRECTIONS;
 use crate::filter::peaks::{Peak, find, most};
 use crate::frame::Size;
 use crate::params::{Params, RejectionMode};
@@ -13,7 +12,8 @@ use crate::stage::background::Background;
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
 
-pub(crate) struct Rejection {
+/// N: maps of E, 8 directions or one that has none.
+pub(crate) struct Rejection<const N: usize> {
     mode: RejectionMode,
     threshold: f32,
     peak_radius: usize,
@@ -30,7 +30,7 @@ pub(crate) struct Rejection {
     shift: (f64, f64),
     /// Confirmed peaks of this frame, with their traces.
     pub confirmed: Vec<(Peak, u64)>,
-    kept: [Plane; DIRECTIONS],
+    kept: [Plane; N],
 }
 
 /// What a confirmed trace must have shown.
@@ -40,7 +40,7 @@ struct Least {
     straightness: f64,
 }
 
-impl Rejection {
+impl<const N: usize> Rejection<N> {
     pub fn new(size: Size, params: &Params) -> Self {
         let rejection = &params.rejection;
         let (window, min_points) = match rejection.mode {
@@ -76,7 +76,7 @@ impl Rejection {
     }
 
     /// Confirms peaks and makes E' of this frame.
-    pub fn process(&mut self, p: &Plane, e: &[Plane; DIRECTIONS], strongest: &Plane) {
+    pub fn process(&mut self, p: &Plane, e: &[Plane; N], strongest: &Plane) {
         if self.mode == RejectionMode::Motion {
             self.shift = self.background.process(p);
             self.travelled = (self.travelled.0 + self.shift.0, self.travelled.1 + self.shift.1);
@@ -121,7 +121,7 @@ impl Rejection {
     }
 
     /// E': E within `keep_radius` of a confirmed peak, zero elsewhere; with `off`, E itself.
-    pub fn kept<'a>(&'a self, e: &'a [Plane; DIRECTIONS]) -> &'a [Plane; DIRECTIONS] {
+    pub fn kept<'a>(&'a self, e: &'a [Plane; N]) -> &'a [Plane; N] {
         if self.mode == RejectionMode::Off { e } else { &self.kept }
     }
 

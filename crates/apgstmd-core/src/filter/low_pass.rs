@@ -1,0 +1,70 @@
+//! First-order low-pass: taps proportional to exp(-i / tau), i = 0, 1, 2, ..., of unit sum.
+//!
+//! Input and output: one map a frame. State: one map, zero before the first frame.
+
+use crate::frame::Size;
+use crate::plane::{Plane, padded};
+use crate::row::bands::{Bands, Rows};
+use crate::row::recurse::{CascadeTaps, Prepare, cascade};
+
+pub(crate) struct LowPass {
+    height: usize,
+    taps: CascadeTaps<1>,
+    state: Vec<f32>,
+}
+
+impl LowPass {
+    pub fn new(size: Size, tau: f64) -> Self {
+        let pole = (-1.0 / tau).exp() as f32;
+        // From the pole as rounded, so that the sum of the taps is one however near the pole comes to it.
+        let direct = 1.0 - pole;
+        let taps = CascadeTaps { pole, direct: [direct], feeds: vec![1.0], weights: vec![[direct * pole]] };
+        Self { height: size.height, taps, state: vec![0.0; size.height * padded(size.width)] }
+    }
+
+    /// Takes the next frame; with `add` the output is added to what `out` holds.
+    pub fn process(&mut self, bands: &Bands, input: &Plane, out: &mut Plane, add: bool) {
+        let stride = input.stride();
+        let Self { height, taps, state } = self;
+        let rows = [Rows { data: state, stride }, Rows { data: out.data_mut(), stride }];
+        bands.over(*height, rows, |range, [mut state, mut out]| {
+            for (row, y) in range.enumerate() {
+                let input = input.padded_row(y);
+                cascade(bands.level(), taps, Prepare::Keep, input, state.row(row), [out.row(row)], add);
+            }
+        });
+    }
+
+    /// As before the first frame.
+    pub fn reset(&mut self) {
+        self.state.fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impulse_response_and_sum() {
+        let size = Size::new(1, 3);
+        for tau in [0.02, 0.5, 3.0, 12.0, 300.0] {
+            let mut filter = LowPass::new(size, tau);
+            let (mut input, mut out) = (Plane::new(size), Plane::new(size));
+            let decay = (-1.0f64 / tau).exp();
+            let mut sum = 0.0;
+            for i in 0..(20.0 * tau) as i32 + 5 {
+                input.fill(if i == 0 { 1.0 } else { 0.0 });
+                out.fill(0.25);
+                filter.process(&Bands::new(1), &input, &mut out, true);
+                let tap = f64::from(out.row(0)[1]) - 0.25;
+                // What is added to is rounded to 1.5e-8; the pole to 6e-8, which grows with its power.
+                let expected = (1.0 - decay) * decay.powi(i);
+                assert!((tap - expected).abs() < 3e-8 + 2e-4 * expected, "tau {tau}, tap {i}: {tap} {expected}");
+                out.fill(9.0);
+                sum += tap;
+            }
+            assert!((sum - 1.0).abs() < 1e-4, "tau {tau}: {sum}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Cascaded (Wiederman & O'Carroll 2013): elementary motion detectors over ESTMDs.
+
+use ndarray::Array3;
+
+use super::{Wiring, stack};
+use crate::DIRECTIONS;
+use crate::detection::Response;
+use crate::frame::Size;
+use crate::params::Params;
+use crate::plane::Plane;
+use crate::probe::Stage;
+use crate::row::bands::Bands;
+use crate::stage::emd::Emd;
+use crate::stage::estmd::Estmd;
+use crate::stage::lamina::Lamina;
+use crate::stage::lamina_inhibition::LaminaInhibition;
+use crate::stage::readout::Readout;
+use crate::stage::rejection::Rejection;
+use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
+
+pub(crate) struct Cascaded {
+    p: Plane,
+    l: Plane,
+    retina: Retina,
+    lamina: Lamina,
+    lamina_inhibition: LaminaInhibition,
+    estmd: Estmd,
+    emd: Emd,
+    rejection: Rejection<DIRECTIONS>,
+    readout: Readout,
+}
+
+impl Cascaded {
+    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+        let engine = params.engine.temporal;
+        Self {
+            p: Plane::new(size),
+            l: Plane::new(size),
+            retina: Retina::new(&params.retina, threads),
+            lamina: Lamina::new(size, &params.lamina, engine),
+            lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
+            estmd: Estmd::new(size, params, threads),
+            emd: Emd::new(size, params),
+            rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
+        }
+    }
+}
+
+impl Wiring for Cascaded {
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
+        retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
+        lamina.process(bands, p, l);
+        lamina_inhibition.process(bands, l);
+        clock.lap(Part::Lamina);
+        estmd.process(bands, &lamina_inhibition.l1);
+        emd.process(bands, &estmd.y);
+        clock.lap(Part::Lobula);
+        rejection.process(p, &emd.e, &emd.strongest);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, &emd.e, response);
+        clock.lap(Part::Facilitation);
+    }
+
+    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+        Some(match stage {
+            Stage::P => self.p.view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::L => self.l.view3().to_owned(),
+            Stage::L1 => self.lamina_inhibition.l1.view3().to_owned(),
+            Stage::ON => self.estmd.on.view3().to_owned(),
+            Stage::OFF => self.estmd.off.view3().to_owned(),
+            Stage::OFFd => self.estmd.off_delayed.view3().to_owned(),
+            Stage::Y => self.estmd.y.view3().to_owned(),
+            Stage::Yd => self.emd.slow.view3().to_owned(),
+            Stage::E => stack(&self.emd.e),
+            Stage::Ep => stack(self.rejection.kept(&self.emd.e)),
+            _ => return None,
+        })
+    }
+
+    fn reset(&mut self) {
+        self.p.fill(0.0);
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.lamina_inhibition.reset();
+        self.estmd.reset();
+        self.emd.reset();
+        self.rejection.reset();
+    }
+}

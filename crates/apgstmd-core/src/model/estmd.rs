@@ -1,0 +1,88 @@
+//! ESTMD (Wiederman et al. 2008, as Wang et al. 2018 have it): small targets whatever way they move.
+
+use std::array::from_ref;
+
+use ndarray::Array3;
+
+use super::Wiring;
+use crate::detection::Response;
+use crate::frame::Size;
+use crate::params::Params;
+use crate::plane::Plane;
+use crate::probe::Stage;
+use crate::row::bands::Bands;
+use crate::stage::estmd::Estmd as SmallTarget;
+use crate::stage::lamina::Lamina;
+use crate::stage::lamina_inhibition::LaminaInhibition;
+use crate::stage::readout::Readout;
+use crate::stage::rejection::Rejection;
+use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
+
+pub(crate) struct Estmd {
+    p: Plane,
+    l: Plane,
+    retina: Retina,
+    lamina: Lamina,
+    lamina_inhibition: LaminaInhibition,
+    estmd: SmallTarget,
+    rejection: Rejection<1>,
+    readout: Readout,
+}
+
+impl Estmd {
+    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+        let engine = params.engine.temporal;
+        Self {
+            p: Plane::new(size),
+            l: Plane::new(size),
+            retina: Retina::new(&params.retina, threads),
+            lamina: Lamina::new(size, &params.lamina, engine),
+            lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
+            estmd: SmallTarget::new(size, params, threads),
+            rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
+        }
+    }
+}
+
+impl Wiring for Estmd {
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
+        retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
+        lamina.process(bands, p, l);
+        lamina_inhibition.process(bands, l);
+        clock.lap(Part::Lamina);
+        estmd.process(bands, &lamina_inhibition.l1);
+        clock.lap(Part::Lobula);
+        rejection.process(p, from_ref(&estmd.y), &estmd.y);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, from_ref(&estmd.y), response);
+        clock.lap(Part::Facilitation);
+    }
+
+    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+        Some(match stage {
+            Stage::P => self.p.view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::L => self.l.view3().to_owned(),
+            Stage::L1 => self.lamina_inhibition.l1.view3().to_owned(),
+            Stage::ON => self.estmd.on.view3().to_owned(),
+            Stage::OFF => self.estmd.off.view3().to_owned(),
+            Stage::OFFd => self.estmd.off_delayed.view3().to_owned(),
+            Stage::Y => self.estmd.y.view3().to_owned(),
+            _ => return None,
+        })
+    }
+
+    fn reset(&mut self) {
+        self.p.fill(0.0);
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.lamina_inhibition.reset();
+        self.estmd.reset();
+        self.rejection.reset();
+    }
+}

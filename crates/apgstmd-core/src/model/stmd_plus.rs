@@ -1,0 +1,92 @@
+//! STMD+ (Wang et al. 2019): an STMD with directions, and rejection by the contrast along traces.
+
+use ndarray::Array3;
+
+use super::{Wiring, part, stack};
+use crate::DIRECTIONS;
+use crate::detection::Response;
+use crate::frame::Size;
+use crate::params::Params;
+use crate::plane::Plane;
+use crate::probe::Stage;
+use crate::row::bands::Bands;
+use crate::row::recurse::Prepare;
+use crate::stage::lamina::Lamina;
+use crate::stage::lobula::Lobula;
+use crate::stage::medulla::Medulla;
+use crate::stage::readout::Readout;
+use crate::stage::rejection::Rejection;
+use crate::stage::retina::Retina;
+use crate::timing::{Clock, Part, Timing};
+
+pub(crate) struct StmdPlus {
+    p: Plane,
+    l: Plane,
+    retina: Retina,
+    lamina: Lamina,
+    medulla: Medulla,
+    lobula: Lobula,
+    rejection: Rejection<DIRECTIONS>,
+    readout: Readout,
+}
+
+impl StmdPlus {
+    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+        let engine = params.engine.temporal;
+        Self {
+            p: Plane::new(size),
+            l: Plane::new(size),
+            retina: Retina::new(&params.retina, threads),
+            lamina: Lamina::new(size, &params.lamina, engine),
+            medulla: Medulla::new(size, &params.medulla, engine),
+            lobula: Lobula::new(size, &params.lobula, threads),
+            rejection: Rejection::new(size, params),
+            readout: Readout::new(size, threads),
+        }
+    }
+}
+
+impl Wiring for StmdPlus {
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        let Self { p, l, retina, lamina, medulla, lobula, rejection, readout } = self;
+        let mut clock = Clock::start(timing);
+        retina.process(bands, luminance, p);
+        clock.lap(Part::Retina);
+        lamina.process(bands, p, l);
+        clock.lap(Part::Lamina);
+        medulla.process(bands, l);
+        clock.lap(Part::Medulla);
+        lobula.process(bands, l, medulla);
+        clock.lap(Part::Lobula);
+        rejection.process(p, &lobula.e, &lobula.strongest);
+        clock.lap(Part::Rejection);
+        readout.process(bands, rejection, &lobula.e, response);
+        clock.lap(Part::Facilitation);
+    }
+
+    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+        Some(match stage {
+            Stage::P => self.p.view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::L => self.l.view3().to_owned(),
+            Stage::Tm3 => part(&self.l, Prepare::Positive),
+            Stage::Tm2 => part(&self.l, Prepare::Negative),
+            Stage::Mi1 => self.medulla.mi1.view3().to_owned(),
+            Stage::Tm1_4 => self.medulla.tm1_4.view3().to_owned(),
+            Stage::Tm1_5 => self.medulla.tm1_5.view3().to_owned(),
+            Stage::D => self.lobula.correlation(&self.l, &self.medulla),
+            Stage::E => stack(&self.lobula.e),
+            Stage::Ep => stack(self.rejection.kept(&self.lobula.e)),
+            _ => return None,
+        })
+    }
+
+    fn reset(&mut self) {
+        self.p.fill(0.0);
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.medulla.reset();
+        self.lobula.reset();
+        self.rejection.reset();
+    }
+}

@@ -1,0 +1,76 @@
+//! Differences that rounding of the input alone explains, stage by stage: [`LUMINANCE_ROUNDING`] carried through the
+//! model. Only where a stage is tiny (first frames, faint scenes) does it exceed [`crate::compare::RELATIVE`] of its
+//! maximum.
+
+use apgstmd_core::{Model, Params, Stage};
+
+use crate::naive::Seen;
+use crate::naive::lobula::{direction_weight, lateral_kernel};
+use crate::naive::map::{Map, peak};
+use crate::naive::rivals::lamina_kernel;
+
+/// Rounding of luminance: one unit in the last place of 1.0 in f32. P_e, L and what follows L linearly cannot be
+/// nearer to the truth than this, however small they are.
+pub const LUMINANCE_ROUNDING: f64 = 1.2e-7;
+
+/// What a model makes of rounding.
+pub struct Floors {
+    model: Model,
+    lamina_gain: f64,
+    lateral_gain: f64,
+    directional_gain: f64,
+    facilitation_gain: f64,
+    alpha: f64,
+    response: f64,
+}
+
+impl Floors {
+    /// For a model with these parameters.
+    pub fn new(params: &Params) -> Self {
+        let absolute = |kernel: Map| kernel.iter().map(|w| w.abs()).sum();
+        let prediction = &params.prediction;
+        let window: f64 = (0..=prediction.horizon).map(|k| (-prediction.kappa * f64::from(k)).exp()).sum();
+        Self {
+            model: params.model,
+            lamina_gain: absolute(lamina_kernel(params)),
+            lateral_gain: absolute(lateral_kernel(params)),
+            directional_gain: (0..8).map(|steps| direction_weight(steps, params).abs()).sum(),
+            facilitation_gain: 1.0 + prediction.beta * window,
+            alpha: params.attention.alpha,
+            response: 0.0,
+        }
+    }
+
+    /// The floors of this frame, by stage.
+    pub fn of(&mut self, seen: &Seen) -> impl Fn(Stage) -> f64 + use<> {
+        let has = |stage| self.model.stages().contains(&stage);
+        let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
+        let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
+        let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
+        let signal = enhanced * if has(Stage::L1) { self.lamina_gain } else { 1.0 };
+        // Product rule for Tm3 (Tm1_4 + Mi1) Tm1_5.
+        let [on, delayed_on, off_4, off_5] = [Stage::Tm3, Stage::Mi1, Stage::Tm1_4, Stage::Tm1_5].map(most);
+        let sum = off_4 + delayed_on;
+        let correlation = signal * (sum * off_5 + 2.0 * on * off_5 + on * sum);
+        // And for ON OFFd and Y Yd_up - Yd Y_up.
+        let part = signal * self.lateral_gain;
+        let y = part * (most(Stage::ON) + most(Stage::OFFd));
+        let detector = 2.0 * y * (most(Stage::Y) + most(Stage::Yd));
+        let response = if has(Stage::D) { correlation * self.lateral_gain * self.directional_gain } else { detector };
+        // Predictions and low-pass filters remember earlier frames.
+        self.response = self.response.max(response);
+        let (remembered, gain) = (self.response, self.facilitation_gain);
+        move |stage| match stage {
+            Stage::P | Stage::C | Stage::A => luminance,
+            Stage::Pe | Stage::L => enhanced,
+            Stage::L1 | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => signal,
+            Stage::ON | Stage::OFF | Stage::OFFd => part,
+            Stage::Y | Stage::Yd => y,
+            Stage::D => correlation,
+            Stage::E | Stage::Ep => response,
+            Stage::F => remembered,
+            Stage::M => 8.0 * remembered,
+            Stage::Q => gain * remembered,
+        }
+    }
+}
