@@ -4,10 +4,15 @@
 mod common;
 
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use apgstmd_core::stimulus::truth_from_csv;
 use common::{command, csv_rows, json, picture, results};
+
+fn interrupt(child: &Child) {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+}
 
 #[test]
 fn an_interrupted_run_leaves_valid_files() {
@@ -39,7 +44,7 @@ fn an_interrupted_run_leaves_valid_files() {
         assert!(begin.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none(), "no rows came");
         std::thread::sleep(Duration::from_millis(20));
     }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    interrupt(&child);
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(130), "{stderr}");
@@ -55,4 +60,31 @@ fn an_interrupted_run_leaves_valid_files() {
     let pictures: Vec<_> = fs::read_dir(out.join("overlay")).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(pictures.len(), done);
     assert!(pictures.iter().all(|path| image::open(path).is_ok()));
+}
+
+#[test]
+fn an_interrupted_scene_has_the_truth_of_its_pictures() {
+    let (_parent, out) = results();
+    let mut child = command()
+        .args(["synth", "--demo", "--frames", "100000", "--out"])
+        .arg(&out)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let rows = || fs::read_to_string(out.join("truth.csv")).map_or(0, |text| text.lines().count());
+    while rows() < 50 {
+        assert!(begin.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none(), "no truth came");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    interrupt(&child);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    let pictures = fs::read_dir(&out).unwrap().count() - 2;
+    assert!(stderr.contains(&format!("interrupted: {pictures} frames")), "{stderr}");
+    let truth = truth_from_csv(&fs::read_to_string(out.join("truth.csv")).unwrap()).unwrap();
+    // Four targets: in the picture until the last frame drawn, or nearly so.
+    let last = truth.iter().map(|row| row.frame).max().unwrap();
+    assert!(last < pictures && pictures > 10, "{last} {pictures}");
 }

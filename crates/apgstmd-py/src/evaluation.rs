@@ -33,6 +33,7 @@ pub enum Truth<'py> {
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn evaluate(
+    py: Python<'_>,
     detections: Detections<'_>,
     truth: Truth<'_>,
     frames: Option<usize>,
@@ -44,18 +45,21 @@ pub fn evaluate(
 ) -> PyResult<String> {
     let (name, found, run) = detections.read()?;
     let (truth_name, boxes) = truth.read()?;
-    let judged = Frames::resolve(run.as_ref(), frames, (start, stop), &found, &boxes).map_err(Error::from)?;
-    let judgement = judge(&found, &boxes, &judged, radius, margin).map_err(|error| Error::Value(error.to_string()))?;
-    let report = Report {
-        detections: name,
-        truth: truth_name,
-        judgement,
-        frames: judged.first()..=judged.last(),
-        origin: judged.origin().clone(),
-        ended_early: run.is_some_and(|run| run.ended_early),
-        radius,
-        margin,
-    };
+    let report = py.detach(|| {
+        let judged = Frames::resolve(run.as_ref(), frames, (start, stop), &found, &boxes)?;
+        let judgement =
+            judge(&found, &boxes, &judged, radius, margin).map_err(|error| Error::Value(error.to_string()))?;
+        Ok::<_, Error>(Report {
+            detections: name,
+            truth: truth_name,
+            judgement,
+            frames: judged.first()..=judged.last(),
+            origin: judged.origin().clone(),
+            ended_early: run.is_some_and(|run| run.ended_early),
+            radius,
+            margin,
+        })
+    })?;
     if let Some(path) = html {
         fs::write(&path, page(&report))
             .map_err(|error| Error::State(format!("cannot write {}: {error}", path.display())))?;

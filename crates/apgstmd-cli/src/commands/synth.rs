@@ -65,6 +65,11 @@ fn render(renderer: &Renderer, folder: &mut SceneFolder, threads: usize, quiet: 
     let mut truth = Vec::new();
     for first in (0..frames).step_by(threads) {
         if interrupt::asked() {
+            bar.finish_and_clear();
+            if !quiet {
+                // A closed stderr has nobody to tell.
+                let _ = writeln!(io::stderr(), "interrupted: {first} frames and their truth are complete");
+            }
             return Err(Failure::Interrupted);
         }
         let batch = first..frames.min(first + threads);
