@@ -243,8 +243,6 @@ fn a_change_of_light_gives_nothing() {
 fn lag_of_an_ideal_target() {
     for speed in [0.25, 0.5, 1.0, 2.0, 4.0] {
         let mut params = params().for_speed(speed).expect("a valid speed");
-        // The speed the model is tuned to: the horizon is a whole number of frames, so it may differ from `speed`.
-        let speed = params.prediction.v_opt;
         let frames = (40.0 / speed) as usize;
         let scene = white(LANE, runner(speed, (5.0, 5.0)));
         let mut behind = Vec::new();
