@@ -27,6 +27,8 @@ class Parameters(TypedDict, total=False):
     attention_threshold: float
     attention_threshold_floor: float
     attention_support: Literal["full", "masked"]
+    attention_speckles: Literal["light", "both"]
+    attention_gate: Literal["luminance", "change"]
     attention_ramp: float
     lamina_fast_order: int
     lamina_fast_tau: float

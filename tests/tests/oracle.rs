@@ -3,8 +3,8 @@
 use std::cell::Cell;
 
 use apgstmd_core::params::{
-    AttentionParams, DetectionParams, EmdParams, EstmdParams, LaminaInhibitionParams, LobulaParams, Localise,
-    PredictionParams, RejectionMode, RejectionParams, RetinaParams, Support, TemporalEngine,
+    AttentionParams, DetectionParams, EmdParams, EstmdParams, Gate, LaminaInhibitionParams, LobulaParams, Localise,
+    PredictionParams, RejectionMode, RejectionParams, RetinaParams, Speckles, Support, TemporalEngine,
 };
 use apgstmd_core::{Model, Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
@@ -44,10 +44,15 @@ prop_compose! {
         alpha in 0.0f64..2.0,
         scales in vec(1.0f64..4.0, 1..5),
         threshold in 0.01f64..0.6,
-        support in select(vec![Support::Full, Support::Masked]),
+        (support, gate) in select(vec![
+            (Support::Full, Gate::Luminance),
+            (Support::Full, Gate::Change),
+            (Support::Masked, Gate::Luminance),
+        ]),
+        speckles in select(vec![Speckles::Light, Speckles::Both]),
         ramp in prop_oneof![Just(1.0), 1.0f64..15.0],
     ) -> AttentionParams {
-        AttentionParams { enabled, alpha, scales, threshold, support, ramp, ..AttentionParams::default() }
+        AttentionParams { enabled, alpha, scales, threshold, support, speckles, gate, ramp, ..AttentionParams::default() }
     }
 }
 

@@ -41,6 +41,12 @@ impl<T: Heap, const N: usize> Heap for [T; N] {
     }
 }
 
+impl<T: Heap> Heap for Option<T> {
+    fn heap(&self) -> Memory {
+        self.as_ref().map_or(Memory::default(), Heap::heap)
+    }
+}
+
 impl<A: Heap, B: Heap> Heap for (A, B) {
     fn heap(&self) -> Memory {
         self.0.heap() + self.1.heap()

@@ -5,6 +5,7 @@
 //!
 //! What the specification leaves open and is decided here:
 //! - attention: before frame dt, R = 0; at the first frame that has an Omega, R = Omega.
+//! - `gate = change`: the lamina filters the sum of all steps P(t) - P(t-1) + alpha R(t) (A(t) - A(t-1)), A without R.
 //! - `masked`: A = max min ((P R) * W_a) is added as it is, not multiplied by R again.
 //! - rounding to the nearest pixel takes halves away from zero.
 //! - a peak's direction and score are read at its pixel; only matched points count in a trace.
@@ -20,7 +21,7 @@ pub mod shift;
 
 use std::ops::Index;
 
-use apgstmd_core::params::{Localise, RejectionMode};
+use apgstmd_core::params::{Gate, Localise, RejectionMode};
 use apgstmd_core::{DIRECTIONS, Params, Stage};
 
 use self::map::{Map, maximum};
@@ -88,7 +89,8 @@ pub struct Naive {
     medulla: [Vec<f64>; 3],
     // One entry a frame, latest last.
     p: Vec<Map>,
-    p_e: Vec<Map>,
+    /// What the lamina filters.
+    seen: Vec<Map>,
     tm3: Vec<Map>,
     tm2: Vec<Map>,
     f: Vec<Vec<Map>>,
@@ -116,7 +118,7 @@ impl Naive {
                 gamma::taps(medulla.tm1_5_order, medulla.tm1_5_tau),
             ],
             p: Vec::new(),
-            p_e: Vec::new(),
+            seen: Vec::new(),
             tm3: Vec::new(),
             tm2: Vec::new(),
             f: Vec::new(),
@@ -158,14 +160,27 @@ impl Naive {
             });
         }
         let a = match &self.r {
-            Some(r) if attends => retina::attention(&p, r, &self.attention_kernels, params.attention.support),
+            Some(r) if attends => retina::attention(&p, r, &self.attention_kernels, &params),
             _ => zero.clone(),
         };
         let p_e = &p + &(&a * params.attention.alpha);
-        self.p_e.push(p_e.clone());
+        self.seen.push(match (params.attention.gate, self.seen.last(), self.p.last()) {
+            (Gate::Change, Some(seen), Some(before)) => {
+                let added = match &self.r {
+                    Some(r) if attends => {
+                        let speckles = params.attention.speckles;
+                        let a = |p| retina::speckles_where(p, r, &self.attention_kernels, speckles);
+                        (a(&p) - a(before)) * r * params.attention.alpha
+                    }
+                    _ => zero.clone(),
+                };
+                seen + &p - before + added
+            }
+            _ => p_e.clone(),
+        });
 
         let [fast, slow] = &self.lamina;
-        let l = gamma::filter_primed(&self.p_e, fast) - gamma::filter_primed(&self.p_e, slow);
+        let l = gamma::filter_primed(&self.seen, fast) - gamma::filter_primed(&self.seen, slow);
         let (tm3, tm2) = (l.mapv(|l| l.max(0.0)), l.mapv(|l| (-l).max(0.0)));
         self.tm3.push(tm3.clone());
         self.tm2.push(tm2.clone());

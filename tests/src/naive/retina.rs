@@ -1,9 +1,9 @@
 //! Retina: P. Attention: A, P_e. T1: C.
 
 use apgstmd_core::Params;
-use apgstmd_core::params::Support;
+use apgstmd_core::params::{Speckles, Support};
 
-use super::map::{Map, convolve_replicate, convolve_replicate_at, convolve_zero, kernel_from, maximum};
+use super::map::{Map, convolve_replicate, convolve_replicate_at, convolve_zero, kernel_from};
 
 /// P = I * G(sigma_1): radius ceil(4 sigma_1), taps normalised to sum 1, replicate border.
 pub fn retina(frame: &Map, params: &Params) -> Map {
@@ -59,29 +59,48 @@ pub fn threshold(m_past: &Map, params: &Params) -> f64 {
     (params.attention.threshold * most).max(params.attention.threshold_floor)
 }
 
-/// A, as it is added to P with weight alpha. `full`: max over s of min over phi of (P * W_a), replicate border, times
-/// R. `masked`: of ((P R) * W_a), zero border, kept everywhere.
-pub fn attention(p: &Map, r: &Map, kernels: &[Vec<Map>], support: Support) -> Map {
-    match support {
-        Support::Full => Map::from_shape_fn(p.dim(), |(y, x)| {
-            if r[[y, x]] == 0.0 {
-                return 0.0;
-            }
-            let at_scale = |orientations: &Vec<Map>| {
-                let responses = orientations.iter().map(|kernel| convolve_replicate_at(p, kernel, y, x));
-                responses.fold(f64::INFINITY, f64::min)
-            };
-            r[[y, x]] * kernels.iter().map(at_scale).fold(f64::NEG_INFINITY, f64::max)
-        }),
+/// A, as it is added to P with weight alpha: `full`: of P, replicate border, times R; `masked`: of P R, zero border, kept
+/// everywhere.
+pub fn attention(p: &Map, r: &Map, kernels: &[Vec<Map>], params: &Params) -> Map {
+    let speckles = params.attention.speckles;
+    match params.attention.support {
+        Support::Full => speckles_where(p, r, kernels, speckles) * r,
         Support::Masked => {
             let masked = p * r;
-            let at_scale = |orientations: &Vec<Map>| {
-                // The minimum is minus the maximum of the negatives.
-                let negatives: Vec<Map> = orientations.iter().map(|kernel| -convolve_zero(&masked, kernel)).collect();
-                -maximum(&negatives)
-            };
-            maximum(&kernels.iter().map(at_scale).collect::<Vec<_>>())
+            let convolved = |kernel: &Map| convolve_zero(&masked, kernel);
+            let responses: Vec<Vec<Map>> = kernels.iter().map(|scale| scale.iter().map(convolved).collect()).collect();
+            Map::from_shape_fn(p.dim(), |at| {
+                let here: Vec<Vec<f64>> =
+                    responses.iter().map(|scale| scale.iter().map(|map| map[at]).collect()).collect();
+                chosen(&here, speckles)
+            })
         }
+    }
+}
+
+/// A without R, at the pixels where `r` is not zero; zero elsewhere.
+pub fn speckles_where(p: &Map, r: &Map, kernels: &[Vec<Map>], speckles: Speckles) -> Map {
+    Map::from_shape_fn(p.dim(), |(y, x)| {
+        if r[[y, x]] == 0.0 {
+            return 0.0;
+        }
+        let here: Vec<Vec<f64>> = kernels
+            .iter()
+            .map(|scale| scale.iter().map(|kernel| convolve_replicate_at(p, kernel, y, x)).collect())
+            .collect();
+        chosen(&here, speckles)
+    })
+}
+
+/// The choice among the responses at one pixel, `[scale][orientation]`.
+fn chosen(responses: &[Vec<f64>], speckles: Speckles) -> f64 {
+    let least = |scale: &Vec<f64>| scale.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest = |scale: &Vec<f64>| scale.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let light = responses.iter().map(least).fold(f64::NEG_INFINITY, f64::max);
+    let dark = responses.iter().map(greatest).fold(f64::INFINITY, f64::min);
+    match speckles {
+        Speckles::Light => light,
+        Speckles::Both => light.max(0.0) + dark.min(0.0),
     }
 }
 

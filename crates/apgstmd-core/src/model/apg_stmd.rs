@@ -74,7 +74,7 @@ impl Wiring for ApgStmd {
         clock.lap(Part::Retina);
         attention.process(bands, p, predicted);
         clock.lap_tiles(Part::Attention, attention.tiles());
-        lamina.process(bands, &attention.pe, l);
+        lamina.process(bands, attention.output(p), l);
         clock.lap(Part::Lamina);
         medulla.process(bands, l);
         clock.lap(Part::Medulla);

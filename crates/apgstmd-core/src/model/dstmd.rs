@@ -59,7 +59,7 @@ impl Wiring for Dstmd {
         let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
         clock.lap(Part::Retina);
-        lamina.process(bands, p, l);
+        lamina.process(bands, (p, None), l);
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         let l1 = &lamina_inhibition.l1;

@@ -55,7 +55,7 @@ impl Wiring for Estmd {
         let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
         clock.lap(Part::Retina);
-        lamina.process(bands, p, l);
+        lamina.process(bands, (p, None), l);
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);

@@ -56,7 +56,7 @@ impl Wiring for StmdPlus {
         let mut clock = Clock::start(timing);
         retina.process(bands, luminance, p);
         clock.lap(Part::Retina);
-        lamina.process(bands, p, l);
+        lamina.process(bands, (p, None), l);
         clock.lap(Part::Lamina);
         medulla.process(bands, l);
         clock.lap(Part::Medulla);

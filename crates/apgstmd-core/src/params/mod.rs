@@ -35,6 +35,31 @@ pub enum Support {
     Masked,
 }
 
+/// Which speckles attention looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Speckles {
+    /// The paper's maximum over scales of the minimum over orientations. Lines and edges that are lighter than what is
+    /// around them give nothing; darker ones do.
+    Light,
+    /// What all orientations agree on, light or dark: the maximum over scales of the minimum over orientations, as far as
+    /// it is positive, plus the minimum over scales of the maximum over orientations, as far as it is negative. Lines and
+    /// edges of either sign give nothing.
+    Both,
+}
+
+/// What the region of attention gates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Gate {
+    /// The luminance that attention adds, as in the paper: P_e = P + alpha R A. A region that comes or goes is a step of
+    /// luminance, which the lamina sees as motion.
+    Luminance,
+    /// The change that attention adds: the lamina filters the steps P(t) - P(t-1) + alpha R(t) (A(t) - A(t-1)). A region
+    /// that comes or goes changes nothing by itself.
+    Change,
+}
+
 /// How false positives are told from targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -90,6 +115,12 @@ stage_params! {
         threshold_floor: f64 = 1e-10, Between(0.0, 1.0);
         /// "full": kernels read luminance everywhere; "masked": only inside the region, the paper's literal integral.
         support: Support = Support::Full, Any("\"full\" or \"masked\"");
+        /// "light": the paper's maximum over scales of the minimum over orientations; "both": what all orientations agree
+        /// on, light or dark.
+        speckles: Speckles = Speckles::Light, Any("\"light\" or \"both\"");
+        /// "luminance": the region gates what is added to the luminance, as in the paper; "change": how that changes,
+        /// which needs support = "full".
+        gate: Gate = Gate::Luminance, Any("\"luminance\" or \"change\"");
         /// Frames over which a region fades in and out; 1 switches at once, as in the paper.
         ramp: f64 = 1.0, Between(1.0, 1000.0);
     }
@@ -415,6 +446,14 @@ impl Params {
                 name: "contrast_min_points",
                 value: self.rejection.contrast_min_points.to_string(),
                 rule: format!("must not exceed contrast_window = {}", self.rejection.contrast_window),
+            });
+        }
+        if self.attention.gate == Gate::Change && self.attention.support == Support::Masked {
+            return Err(ParamError::OutOfRange {
+                section: "attention",
+                name: "gate",
+                value: "\"change\"".to_owned(),
+                rule: "must be \"luminance\" where support is \"masked\"".to_owned(),
             });
         }
         let reach = self.prediction.v_opt * f64::from(self.prediction.horizon);

@@ -78,6 +78,12 @@ impl<A: Split, B: Split> Split for (A, B) {
     }
 }
 
+impl<T: Split> Split for Option<T> {
+    fn split(self, rows: usize) -> (Self, Self) {
+        self.map(|outputs| outputs.split(rows)).unzip()
+    }
+}
+
 impl Bands {
     pub fn new(threads: usize, simd: SimdLevel, dense: bool) -> Self {
         Self { threads, level: simd.level(), dense }

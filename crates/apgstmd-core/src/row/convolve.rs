@@ -227,27 +227,38 @@ fn moments_in<S: Simd>(simd: S, src: &[f32], taps: &[[f32; 3]], out: [&mut [f32]
 }
 
 /// One scale of the steerable attention kernels across the rows of three moments. With Vab the response of g_a along x
-/// and g_b along y, the least of the four orientations is
-/// `c V00 - max(V20, V02, (V20 + V02) / 2 + |V11|)`; `out` becomes the larger of it and what it held.
+/// and g_b along y, the least of the four orientations is `c V00 - max(V20, V02, (V20 + V02) / 2 + |V11|)` and the
+/// greatest `c V00 - min(V20, V02, (V20 + V02) / 2 - |V11|)`. `light` becomes the larger of the least and what it held,
+/// `dark`, where it is asked for, the smaller of the greatest and what it held.
 pub(crate) fn steer(
     level: Level,
     moments: [&[f32]; 3],
     stride: usize,
     taps: &[[f32; 3]],
     center: f32,
-    out: &mut [f32],
+    light: &mut [f32],
+    dark: Option<&mut [f32]>,
 ) {
-    dispatch!(level, simd => steer_in(simd, moments, stride, taps, center, out));
+    dispatch!(level, simd => steer_in(simd, moments, stride, taps, center, light, dark));
 }
 
 #[inline(always)]
 #[allow(unsafe_code)]
-fn steer_in<S: Simd>(simd: S, moments: [&[f32]; 3], stride: usize, taps: &[[f32; 3]], center: f32, out: &mut [f32]) {
+fn steer_in<S: Simd>(
+    simd: S,
+    moments: [&[f32]; 3],
+    stride: usize,
+    taps: &[[f32; 3]],
+    center: f32,
+    light: &mut [f32],
+    mut dark: Option<&mut [f32]>,
+) {
     let [m0, m1, m2] = moments;
-    let radius = taps.len() - 1;
-    assert!(out.len().is_multiple_of(LANES) && moments.iter().all(|src| src.len() >= 2 * radius * stride + out.len()));
+    let (radius, width) = (taps.len() - 1, light.len());
+    assert!(width.is_multiple_of(LANES) && moments.iter().all(|src| src.len() >= 2 * radius * stride + width));
+    assert!(dark.as_ref().is_none_or(|dark| dark.len() == width));
     let half = S::f32s::splat(simd, 0.5);
-    for x in (0..out.len()).step_by(S::f32s::LEN) {
+    for x in (0..width).step_by(S::f32s::LEN) {
         // SAFETY: as in `vertical_in`.
         unsafe {
             let middle = load(simd, m0, radius * stride + x);
@@ -267,9 +278,13 @@ fn steer_in<S: Simd>(simd: S, moments: [&[f32]; 3], stride: usize, taps: &[[f32;
                 v20 = even2.mul_add(g0, v20);
                 v11 = odd1.mul_add(g1, v11);
             }
-            let diagonal = (v20 + v02).mul_add(half, v11.abs());
-            let least = v00 * center - v20.max(v02).max(diagonal);
-            store::<S>(least.max(load(simd, out, x)), out, x);
+            let sum = v20 + v02;
+            let least = v00 * center - v20.max(v02).max(sum.mul_add(half, v11.abs()));
+            store::<S>(least.max(load(simd, light, x)), light, x);
+            if let Some(dark) = &mut dark {
+                let greatest = v00 * center - v20.min(v02).min(sum.mul_add(half, -v11.abs()));
+                store::<S>(greatest.min(load(simd, dark, x)), dark, x);
+            }
         }
     }
 }

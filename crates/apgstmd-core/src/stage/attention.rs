@@ -1,33 +1,21 @@
 //! Attention: A = R max over scales of min over orientations of (P * W_a), P_e = P + alpha A, inside the region
 //! Omega(t) = { M(t - dt) > max(threshold max M(t - dt), threshold_floor) } that prediction points at.
 //!
-//! Input: P and the memorizer's M(t - dt). Output: A and P_e. State: R, the faded region. Only tiles that touch R are
-//! computed. W_a is steerable: with g_j = t^j exp(-t^2 / 2 s^2), three passes along x and four along y give all
-//! orientations of a scale.
+//! Input: P and the memorizer's M(t - dt). Output: A, P_e and, with `gate = change`, what attention adds to the steps of P.
+//! State: R, the faded region, and for those steps the last P and A. Only tiles that touch R are computed.
 
-use std::f64::consts::PI;
-
-use crate::filter::kernel::{gaussian_half, sum_of_half};
-use crate::filter::patch::{Border, Patch};
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::params::{Params, Support};
+use crate::params::{Gate, Params, Support};
 use crate::plane::Plane;
-use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::convolve::{moments, steer};
+use crate::row::bands::{Bands, Rows};
 use crate::row::mix::blend;
 use crate::stage::memorizer::Gains;
+use crate::stage::speckle::Speckle;
 use crate::tiles::{Grid, PerTile, TILE};
 
 /// A faded region below this is over: what it still adds to P_e is below the resolution of P.
 const FADED: f32 = 1e-6;
-
-struct Scale {
-    /// g_0, g_1, g_2 at 0..=radius.
-    taps: Vec<[f32; 3]>,
-    /// c: makes every kernel sum to exactly zero.
-    center: f32,
-}
 
 pub(crate) struct Attention {
     enabled: bool,
@@ -36,9 +24,7 @@ pub(crate) struct Attention {
     threshold_floor: f32,
     support: Support,
     fade: f32,
-    scales: Vec<Scale>,
-    /// Radius of the widest kernel.
-    reach: usize,
+    speckle: Speckle,
     grid: Grid,
     /// No region yet: the first one counts in full.
     fresh: bool,
@@ -51,32 +37,27 @@ pub(crate) struct Attention {
     pub attended: Vec<bool>,
     pub a: Plane,
     pub pe: Plane,
-    scratch: Scratch<(Patch, [Patch; 3], Patch)>,
+    steps: Option<Steps>,
 }
 
-heap!(Scale { taps });
-heap!(Attention { scales, region, masked, active, attended, a, pe, scratch });
+/// For `gate = change`. Here A is without R.
+struct Steps {
+    /// P(t-1).
+    before: Plane,
+    /// A(t-1) in attended tiles.
+    whole: Plane,
+    /// alpha R(t) (A(t) - A(t-1)); zero outside attended tiles.
+    added: Plane,
+}
+
+heap!(Steps { before, whole, added });
+heap!(Attention { speckle, region, masked, active, attended, a, pe, steps });
 
 impl Attention {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
         let enabled = params.attention.enabled && params.prediction.enabled;
         let params = &params.attention;
         let grid = Grid::new(size);
-        let reach = params.scales.iter().map(|sigma| (4.0 * sigma).ceil() as usize).max().unwrap_or(0);
-        let scales = params.scales.iter().map(|&sigma| {
-            let half = gaussian_half(sigma, (4.0 * sigma).ceil() as usize);
-            let moment: Vec<f64> = half.iter().enumerate().map(|(t, g)| (t * t) as f64 * g).collect();
-            // 2 / (pi s^4), shared between the two passes.
-            let weight = (2.0 / (PI * sigma.powi(4))).sqrt();
-            let tap = |(t, g): (usize, &f64)| {
-                let t = t as f64;
-                [g * weight, t * g * weight, t * t * g * weight].map(|tap| tap as f32)
-            };
-            Scale {
-                taps: half.iter().enumerate().map(tap).collect(),
-                center: (sum_of_half(&moment) / sum_of_half(&half)) as f32,
-            }
-        });
         Self {
             enabled,
             alpha: params.alpha as f32,
@@ -84,8 +65,7 @@ impl Attention {
             threshold_floor: params.threshold_floor as f32,
             support: params.support,
             fade: (1.0 / params.ramp) as f32,
-            scales: scales.collect(),
-            reach,
+            speckle: Speckle::new(params, threads),
             grid,
             fresh: true,
             region: Plane::new(size),
@@ -94,9 +74,10 @@ impl Attention {
             attended: vec![false; grid.count()],
             a: Plane::new(size),
             pe: Plane::new(size),
-            scratch: Scratch::new(threads, || {
-                let patch = || Patch::with_capacity(TILE + 2 * reach, TILE + 2 * reach);
-                (patch(), [0, 1, 2].map(|_| patch()), patch())
+            steps: (enabled && params.gate == Gate::Change).then(|| Steps {
+                before: Plane::new(size),
+                whole: Plane::new(size),
+                added: Plane::new(size),
             }),
         }
     }
@@ -110,6 +91,17 @@ impl Attention {
             self.attend(bands, p);
         }
         self.enhance(bands, p);
+        if let Some(steps) = &mut self.steps {
+            steps.before.clone_from(p);
+        }
+    }
+
+    /// What the lamina filters: P_e, or P and what attention adds to its step from the last frame.
+    pub fn output<'a>(&'a self, p: &'a Plane) -> (&'a Plane, Option<&'a Plane>) {
+        match &self.steps {
+            None => (&self.pe, None),
+            Some(steps) => (p, Some(&steps.added)),
+        }
     }
 
     /// R(t) = R(t-1) + (Omega(t) - R(t-1)) / ramp.
@@ -152,45 +144,54 @@ impl Attention {
     }
 
     fn attend(&mut self, bands: &Bands, p: &Plane) {
-        let Self { grid, scales, reach, support, region, masked, active, attended, a, scratch, .. } = self;
-        let stride = p.stride();
-        let reach = *reach;
+        let Self { alpha, support, speckle, grid, region, masked, active, attended, a, steps, .. } = self;
         // What R cuts off on the way in spreads; what it cuts off on the way out does not.
-        let (source, border, spread) = match support {
-            Support::Full => (p, Border::Replicate, 0),
-            Support::Masked => (&*masked, Border::Zero, reach),
+        let (source, spread) = match support {
+            Support::Full => (p, 0),
+            Support::Masked => (&*masked, speckle.reach),
         };
-        let out = (Rows { data: a.data_mut(), stride }, PerTile { values: attended, across: grid.across });
-        bands.over_tiles(p.size().height, out, |range, (mut a, attended)| {
+        let stride = p.stride();
+        let (before, steps) = match steps {
+            Some(Steps { before, whole, added }) => {
+                (Some(&*before), Some([whole, added].map(|plane| Rows { data: plane.data_mut(), stride })))
+            }
+            None => (None, None),
+        };
+        let a = Rows { data: a.data_mut(), stride };
+        let out = ((a, PerTile { values: attended, across: grid.across }), steps);
+        bands.over_tiles(p.size().height, out, |range, ((mut a, attended), mut steps)| {
             for column in 0..grid.across {
                 let tile = grid.holding(column * TILE, range.start);
                 let area = grid.area(tile);
                 let columns = area.left..area.left + area.columns;
-                if !bands.dense() && !grid.around(tile, spread).any(|tile| active[tile]) {
-                    if std::mem::replace(&mut attended.values[column], false) {
-                        (0..area.rows).for_each(|y| a.row(y)[columns.clone()].fill(0.0));
+                let was_attended = attended.values[column];
+                let attend = bands.dense() || grid.around(tile, spread).any(|tile| active[tile]);
+                attended.values[column] = attend;
+                if !attend {
+                    for y in (0..area.rows).filter(|_| was_attended) {
+                        a.row(y)[columns.clone()].fill(0.0);
+                        if let Some([_, added]) = &mut steps {
+                            added.row(y)[columns.clone()].fill(0.0);
+                        }
                     }
                     continue;
                 }
-                attended.values[column] = true;
-                scratch.with(bands, |(patch, sums, best)| {
-                    let (top, left) = (area.top as isize - reach as isize, area.left as isize - reach as isize);
-                    patch.gather(source, top, left, area.rows + 2 * reach, area.columns + 2 * reach, border);
-                    if *support == Support::Full {
-                        // The kernels sum to zero: what the tile has in common only costs precision.
-                        let common = patch.row(reach)[reach];
-                        patch.data.iter_mut().for_each(|value| *value -= common);
+                if let (Some([whole, _]), Some(before), false) = (&mut steps, before, was_attended) {
+                    speckle.each_row(bands, before, &area, |y, a| whole.row(y)[columns.clone()].copy_from_slice(a));
+                }
+                speckle.each_row(bands, source, &area, |y, now| {
+                    let out = &mut a.row(y)[columns.clone()];
+                    let r = &region.row(area.top + y)[columns.clone()];
+                    match support {
+                        Support::Full => out.iter_mut().zip(now).zip(r).for_each(|((out, a), r)| *out = a * r),
+                        Support::Masked => out.copy_from_slice(now),
                     }
-                    strongest_speckle(bands, scales, reach, (area.rows, area.columns), patch, sums, best);
-                    for y in 0..area.rows {
-                        let out = &mut a.row(y)[columns.clone()];
-                        let r = &region.row(area.top + y)[columns.clone()];
-                        match support {
-                            Support::Full => {
-                                out.iter_mut().zip(best.row(y)).zip(r).for_each(|((out, a), r)| *out = a * r);
-                            }
-                            Support::Masked => out.copy_from_slice(&best.row(y)[..area.columns]),
+                    if let Some([whole, added]) = &mut steps {
+                        let (whole, added) = (&mut whole.row(y)[columns.clone()], &mut added.row(y)[columns.clone()]);
+                        for (((added, whole), now), r) in added.iter_mut().zip(&*whole).zip(now).zip(r) {
+                            *added = *alpha * r * (now - whole);
                         }
+                        whole.copy_from_slice(now);
                     }
                 });
             }
@@ -226,36 +227,8 @@ impl Attention {
         }
         self.active.fill(false);
         self.attended.fill(false);
-    }
-}
-
-/// max over scales of min over orientations of the patch's interior, into `best`.
-fn strongest_speckle(
-    bands: &Bands,
-    scales: &[Scale],
-    reach: usize,
-    (rows, columns): (usize, usize),
-    patch: &Patch,
-    sums: &mut [Patch; 3],
-    best: &mut Patch,
-) {
-    best.shape(rows, columns);
-    best.data.fill(f32::NEG_INFINITY);
-    let width = crate::plane::padded(columns);
-    for scale in scales {
-        let radius = scale.taps.len() - 1;
-        let inset = reach - radius;
-        for sum in &mut *sums {
-            sum.shape(rows + 2 * radius, columns);
-        }
-        let [m0, m1, m2] = &mut *sums;
-        for y in 0..rows + 2 * radius {
-            let out = [&mut m0.row_mut(y)[..width], &mut m1.row_mut(y)[..width], &mut m2.row_mut(y)[..width]];
-            moments(bands.level(), &patch.row(y + inset)[inset..], &scale.taps, out);
-        }
-        for y in 0..rows {
-            let sources = [m0.below(y), m1.below(y), m2.below(y)];
-            steer(bands.level(), sources, m0.stride, &scale.taps, scale.center, &mut best.row_mut(y)[..width]);
+        if let Some(steps) = &mut self.steps {
+            steps.added.fill(0.0);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Lamina (LMC): L = Gamma(n_1, tau_1) * P_e - Gamma(n_2, tau_2) * P_e over time.
 //!
-//! Input: P_e. Output: L. State: the last P_e and the filter. Both kernels have unit sum, so L is also the difference of
+//! Input: P_e, or P and what attention adds to its step from frame to frame. Output: L. State: the last P_e and the filter. Both kernels have unit sum, so L is also the difference of
 //! their tails applied to the change from frame to frame. That form is used: what does not change gives exactly zero,
 //! in the first frame and ever after, and needs no priming.
 
@@ -35,7 +35,7 @@ impl Lamina {
         }
     }
 
-    pub fn process(&mut self, bands: &Bands, pe: &Plane, l: &mut Plane) {
+    pub fn process(&mut self, bands: &Bands, (pe, added): (&Plane, Option<&Plane>), l: &mut Plane) {
         let stride = pe.stride();
         let first = std::mem::replace(&mut self.first, false);
         let before = Rows { data: self.before.data_mut(), stride };
@@ -49,6 +49,9 @@ impl Lamina {
                     for ((change, now), before) in change.iter_mut().zip(now).zip(&*before) {
                         *change = now - before;
                     }
+                }
+                if let Some(added) = added {
+                    change.iter_mut().zip(added.padded_row(y)).for_each(|(change, added)| *change += added);
                 }
                 before.copy_from_slice(now);
             }

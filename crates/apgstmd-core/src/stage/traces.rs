@@ -47,7 +47,7 @@ pub(crate) struct Traces {
     next_id: u64,
 }
 
-heap!(Pair, Option<usize>);
+heap!(Pair);
 heap!(Traces { living, spare, pairs, owner, found });
 
 impl Heap for Trace {
