@@ -62,6 +62,7 @@ class Parameters(TypedDict, total=False):
     emd_tau: float
     rejection_mode: Rejection
     rejection_gate: float
+    rejection_gate_frames: float
     rejection_max_missed: int
     rejection_keep_radius: int
     rejection_contrast_sigma: float

@@ -1,6 +1,6 @@
 //! The machine does not change the numbers: blocks of frames and work left out not at all, instruction sets by rounding.
 
-use apgstmd_core::params::{RejectionMode, Support};
+use apgstmd_core::params::{Gate, RejectionMode, Support};
 use apgstmd_core::{Detection, Detector, Frame, Machine, Model, Params, Preset, Response, SimdLevel, Size, Stage};
 use apgstmd_tests::stimulus::Scene;
 use ndarray::{Array2, Array3};
@@ -19,7 +19,7 @@ fn settings() -> Vec<Params> {
     let mut off = fast(Preset::Paper);
     off.rejection.mode = RejectionMode::Off;
     let mut masked = fast(Preset::Practical);
-    masked.attention.support = Support::Masked;
+    (masked.attention.support, masked.attention.gate) = (Support::Masked, Gate::Luminance);
     let models = Model::ALL[1..].iter().map(|model| Params::for_model(*model).for_speed(1.0).expect("a valid speed"));
     [fast(Preset::Practical), off, masked].into_iter().chain(models).collect()
 }

@@ -77,7 +77,7 @@ prop_compose! {
 prop_compose! {
     fn rejection()(
         mode in select(vec![RejectionMode::Off, RejectionMode::Contrast, RejectionMode::Motion]),
-        gate in 1.0f64..9.0,
+        (gate, gate_frames) in (1.0f64..9.0, prop_oneof![Just(0.0), 0.0f64..3.0]),
         max_missed in 0u32..4,
         keep_radius in 0u32..9,
         contrast in (0.8f64..2.5, 1.0f64..5.0, 3u32..20, 1u32..4, 0.005f64..0.08),
@@ -85,7 +85,7 @@ prop_compose! {
         peaks in (prop_oneof![Just(0.0), Just(1e-7)], 1u32..30, 1u32..7),
         localise in select(vec![Localise::Response, Localise::Target]),
     ) -> (RejectionParams, DetectionParams) {
-        let mut rejection = RejectionParams { mode, gate, max_missed, keep_radius, ..RejectionParams::default() };
+        let mut rejection = RejectionParams { mode, gate, gate_frames, max_missed, keep_radius, ..RejectionParams::default() };
         (rejection.contrast_sigma, rejection.contrast_offset) = (contrast.0, contrast.1);
         (rejection.contrast_window, rejection.contrast_min_points) = (contrast.2, contrast.3);
         rejection.contrast_deviation = contrast.4;

@@ -1,6 +1,6 @@
 //! Every size from 16 x 16 to 20 x 20: rows that no vector width divides, kernels wider than the image.
 
-use apgstmd_core::params::{RejectionMode, Support};
+use apgstmd_core::params::{Gate, RejectionMode, Support};
 use apgstmd_core::{Detector, Model, ParamError, Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
 use apgstmd_tests::stimulus::Scene;
@@ -35,12 +35,13 @@ fn paper_without_rejection() {
 }
 
 #[test]
-fn practical_masked() {
+fn practical() {
     let mut params = Params::preset(Preset::Practical).for_speed(SPEED).expect("a valid speed");
-    params.attention.support = Support::Masked;
     // Few frames: points are judged from the second on.
     params.rejection.motion_min_points = 2;
     params.rejection.motion_distance = 0.5;
+    assert!(every_size(&params) > 12, "attention must have been at work");
+    (params.attention.support, params.attention.gate) = (Support::Masked, Gate::Luminance);
     assert!(every_size(&params) > 12, "attention must have been at work");
 }
 

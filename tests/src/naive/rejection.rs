@@ -84,7 +84,8 @@ impl Traces {
     /// Links the peaks of a frame and returns those of confirmed traces, strongest first. `shift` is the background's.
     pub fn step(&mut self, peaks: &[Peak], c: &[Map], shift: (f64, f64), params: &Params) -> Vec<Confirmed> {
         self.background = (self.background.0 + shift.0, self.background.1 + shift.1);
-        let peak_of = self.closest_pairs(peaks, params.rejection.gate);
+        let peak_of =
+            self.closest_pairs(peaks, params.rejection.gate + params.rejection.gate_frames * params.prediction.v_opt);
 
         let mut trace_of = vec![None; peaks.len()];
         for (trace, matched) in self.traces.iter_mut().zip(&peak_of) {

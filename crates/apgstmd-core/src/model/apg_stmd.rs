@@ -83,9 +83,9 @@ impl Wiring for ApgStmd {
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);
-        prediction.process(bands, kept, memorizer);
+        prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
         clock.lap_tiles(Part::Prediction, prediction.tiles());
-        facilitation.process(bands, kept, &prediction.fresh, memorizer, response);
+        facilitation.process(bands, kept, &prediction.source.fresh, memorizer, response);
         clock.count_tiles(memorizer.grid.count());
         readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
         clock.lap(Part::Facilitation);
@@ -98,7 +98,7 @@ impl Wiring for ApgStmd {
             Stage::P => self.p.view3().to_owned(),
             Stage::C => self.rejection.contrast.map(&self.p),
             Stage::A => self.attention.a.view3().to_owned(),
-            Stage::Pe => self.attention.pe.view3().to_owned(),
+            Stage::Pe => self.attention.enhanced(&self.p),
             Stage::L => self.l.view3().to_owned(),
             Stage::Tm3 => part(&self.l, Prepare::Positive),
             Stage::Tm2 => part(&self.l, Prepare::Negative),
@@ -117,7 +117,7 @@ impl Wiring for ApgStmd {
                 }
                 maps
             }
-            Stage::Q => self.facilitation.map(kept(), &self.prediction.fresh, &self.memorizer),
+            Stage::Q => self.facilitation.map(kept(), &self.prediction.source.fresh, &self.memorizer),
             _ => return None,
         })
     }

@@ -18,8 +18,9 @@ use crate::error::ParamError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// The starting point for real footage: rejection `motion`, attention ramp 10, attention threshold 0.02,
-    /// positions moved onto the target.
+    /// For real footage: rejection `motion` with a narrower gate; attention to everything that is predicted, of one scale,
+    /// to speckles of either sign, gating change; ten times the weight of predictions; positions moved onto the target.
+    /// Chosen by measurement, see `docs/attention.md`.
     Practical,
     /// The constants of the paper, with its rejection by directional contrast. Equals [`Params::default`].
     Paper,
@@ -228,8 +229,10 @@ stage_params! {
     RejectionParams in "rejection" {
         /// "off", "contrast" (the paper) or "motion" (movement relative to the background).
         mode: RejectionMode = RejectionMode::Contrast, Any("\"off\", \"contrast\" or \"motion\"");
-        /// Farthest a peak may lie from where its trace was expected, px.
+        /// Farthest a peak may lie from where its trace was expected, px, at v_opt = 0.
         gate: f64 = 7.0, Between(0.5, 64.0);
+        /// How much farther it may lie for faster targets: by the path of so many frames at v_opt.
+        gate_frames: f64 = 0.0, Between(0.0, 10.0);
         /// Frames in a row a trace may miss before it ends.
         max_missed: u32 = 2, Between(0, 100);
         /// E is kept within this distance (square) of a confirmed peak, px.
@@ -349,14 +352,19 @@ impl Params {
         Self::default().with_preset(preset)
     }
 
-    /// What a preset changes in parameters as published: `Paper` nothing, `Practical` the rejection, attention and
-    /// localisation.
+    /// What a preset changes in parameters as published: `Paper` nothing, `Practical` the rejection, attention, weight of
+    /// predictions and localisation.
     #[must_use]
     pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
             self.rejection.mode = RejectionMode::Motion;
-            self.attention.ramp = 10.0;
-            self.attention.threshold = 0.02;
+            self.rejection.gate = 2.0;
+            self.rejection.gate_frames = 1.5;
+            self.attention.scales = vec![2.0];
+            self.attention.threshold = 1e-3;
+            self.attention.speckles = Speckles::Both;
+            self.attention.gate = Gate::Change;
+            self.prediction.beta = 10.0;
             self.detection.localise = Localise::Target;
         }
         self
@@ -471,6 +479,11 @@ impl Params {
     /// dt as a count of frames.
     pub(crate) fn horizon(&self) -> usize {
         self.prediction.horizon as usize
+    }
+
+    /// Farthest a peak may lie from where its trace was expected, px: gate + gate_frames v_opt.
+    pub fn gate(&self) -> f64 {
+        self.rejection.gate + self.rejection.gate_frames * self.prediction.v_opt
     }
 
     /// How many last points of a trace the `motion` rejection judges: max(8, ceil(motion_path / v_opt)).

@@ -4,6 +4,8 @@
 //! Input: P and the memorizer's M(t - dt). Output: A, P_e and, with `gate = change`, what attention adds to the steps of P.
 //! State: R, the faded region, and for those steps the last P and A. Only tiles that touch R are computed.
 
+use ndarray::Array3;
+
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{Gate, Params, Support};
@@ -36,7 +38,7 @@ pub(crate) struct Attention {
     /// Tiles in which A is not zero.
     pub attended: Vec<bool>,
     pub a: Plane,
-    pub pe: Plane,
+    pe: Plane,
     steps: Option<Steps>,
 }
 
@@ -90,9 +92,9 @@ impl Attention {
             self.update_region(bands, p, predicted);
             self.attend(bands, p);
         }
-        self.enhance(bands, p);
-        if let Some(steps) = &mut self.steps {
-            steps.before.clone_from(p);
+        match &mut self.steps {
+            None => self.enhance(bands, p),
+            Some(steps) => steps.before.copy_from(p),
         }
     }
 
@@ -196,6 +198,11 @@ impl Attention {
                 });
             }
         });
+    }
+
+    /// P_e as a map.
+    pub fn enhanced(&self, p: &Plane) -> Array3<f32> {
+        &p.view3() + &(&self.a.view3() * self.alpha)
     }
 
     /// P_e = P + alpha A.

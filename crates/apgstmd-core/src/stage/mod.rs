@@ -15,5 +15,6 @@ pub(crate) mod prediction;
 pub(crate) mod readout;
 pub(crate) mod rejection;
 pub(crate) mod retina;
+pub(crate) mod source;
 pub(crate) mod speckle;
 pub(crate) mod traces;

@@ -69,13 +69,13 @@ impl Speckle {
             if self.border == Border::Replicate {
                 // The kernels sum to zero: what the tile has in common only costs precision.
                 let common = patch.row(reach)[reach];
-                patch.data.iter_mut().for_each(|value| *value -= common);
+                patch.data_mut().iter_mut().for_each(|value| *value -= common);
             }
             let both = self.speckles == Speckles::Both;
             light.shape(rows, columns);
             dark.shape(rows, columns);
-            light.data.fill(if both { 0.0 } else { f32::NEG_INFINITY });
-            dark.data.fill(0.0);
+            light.data_mut().fill(if both { 0.0 } else { f32::NEG_INFINITY });
+            dark.data_mut().fill(0.0);
             let width = padded(columns);
             for Scale { taps, center } in &self.scales {
                 let radius = taps.len() - 1;
