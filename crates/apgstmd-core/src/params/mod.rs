@@ -18,7 +18,7 @@ use crate::error::ParamError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// For real footage: rejection `motion` with a narrower gate; attention to everything that is predicted, of one scale,
+    /// For real footage: rejection `motion` with more peaks and a narrower gate; attention to everything that is predicted, of one scale,
     /// to speckles of either sign, gating change; ten times the weight of predictions; positions moved onto the target.
     /// Chosen by measurement, see `docs/attention.md`.
     Practical,
@@ -360,11 +360,13 @@ impl Params {
             self.rejection.mode = RejectionMode::Motion;
             self.rejection.gate = 2.0;
             self.rejection.gate_frames = 1.5;
+            self.rejection.motion_min_points = 3;
             self.attention.scales = vec![2.0];
             self.attention.threshold = 1e-3;
             self.attention.speckles = Speckles::Both;
             self.attention.gate = Gate::Change;
             self.prediction.beta = 10.0;
+            self.detection.max_peaks = 200;
             self.detection.localise = Localise::Target;
         }
         self

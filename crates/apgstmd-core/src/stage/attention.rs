@@ -12,6 +12,7 @@ use crate::params::{Gate, Params, Support};
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
 use crate::row::mix::blend;
+use crate::row::tile::fade_row;
 use crate::stage::memorizer::Gains;
 use crate::stage::speckle::Speckle;
 use crate::tiles::{Grid, PerTile, TILE};
@@ -128,12 +129,8 @@ impl Attention {
                 for y in 0..area.rows {
                     let columns = area.left..area.left + area.columns;
                     let r = &mut region.row(y)[columns.clone()];
-                    for (x, r) in r.iter_mut().enumerate() {
-                        let inside = block.is_some_and(|block| block.m()[y * TILE + x] > threshold);
-                        let next = *r + (f32::from(u8::from(inside)) - *r) * fade;
-                        *r = if next < FADED { 0.0 } else { next };
-                        active.values[column] |= *r > 0.0;
-                    }
+                    let m = block.map(|block| &block.m()[y * TILE..y * TILE + area.columns]);
+                    active.values[column] |= fade_row(bands.level(), m, threshold, fade, FADED, r);
                     if *support == Support::Masked {
                         let p = &p.row(area.top + y)[columns.clone()];
                         for ((masked, p), r) in masked.row(y)[columns].iter_mut().zip(p).zip(&*r) {

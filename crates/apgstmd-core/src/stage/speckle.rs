@@ -11,7 +11,7 @@ use crate::memory::heap;
 use crate::params::{AttentionParams, Speckles, Support};
 use crate::plane::{Plane, padded};
 use crate::row::bands::{Bands, Scratch};
-use crate::row::convolve::{moments, steer};
+use crate::row::speckle::{Layout, moments, steer};
 use crate::tiles::{Area, TILE};
 
 struct Scale {
@@ -84,19 +84,19 @@ impl Speckle {
                     sum.shape(rows + 2 * radius, columns);
                 }
                 let [m0, m1, m2] = &mut *sums;
-                for y in 0..rows + 2 * radius {
-                    let out = [&mut m0.row_mut(y)[..width], &mut m1.row_mut(y)[..width], &mut m2.row_mut(y)[..width]];
-                    moments(bands.level(), &patch.row(y + inset)[inset..], taps, out);
-                }
-                for y in 0..rows {
-                    let sources = [m0.below(y), m1.below(y), m2.below(y)];
-                    let dark = both.then_some(&mut dark.row_mut(y)[..width]);
-                    steer(bands.level(), sources, m0.stride, taps, *center, &mut light.row_mut(y)[..width], dark);
-                }
+                let stride = m0.stride;
+                let above = Layout { stride, rows: rows + 2 * radius, width };
+                let out = [m0.data_mut(), m1.data_mut(), m2.data_mut()];
+                moments(bands.level(), (&patch.below(inset)[inset..], patch.stride), taps, above, out);
+                let sources = [m0.data(), m1.data(), m2.data()];
+                let out = [light.data_mut(), dark.data_mut()];
+                steer(bands.level(), sources, taps, *center, Layout { stride, rows, width }, out);
             }
             for y in 0..rows {
                 let a = &mut light.row_mut(y)[..columns];
-                a.iter_mut().zip(dark.row(y)).for_each(|(a, dark)| *a += dark);
+                if both {
+                    a.iter_mut().zip(dark.row(y)).for_each(|(a, dark)| *a += dark);
+                }
                 row(y, a);
             }
         });
