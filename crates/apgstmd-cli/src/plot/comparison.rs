@@ -33,7 +33,9 @@ pub fn roc(curves: impl IntoIterator<Item = (String, Vec<(f64, f64)>)>) -> Plot 
 /// A measure from 0 to 1 over something, a curve for each name. Intervals of different curves stand beside each other.
 pub fn comparison(x: &str, y: &str, curves: Vec<(String, Vec<Measured>)>) -> Plot {
     let places = || curves.iter().flat_map(|(_, measured)| measured.iter().map(|m| m.at));
-    let span = places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min);
+    let (least, most) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+    let span = most - least;
+    let range = (span > 0.0).then_some((least - 0.05 * span, most + 0.05 * span));
     let count = curves.len() as f64;
     let series = curves.into_iter().enumerate().map(|(i, (name, measured))| {
         let aside = 0.008 * span * (i as f64 - (count - 1.0) / 2.0);
@@ -45,7 +47,7 @@ pub fn comparison(x: &str, y: &str, curves: Vec<(String, Vec<Measured>)>) -> Plo
         }
     });
     Plot::Curves(Curves {
-        x: Axis { label: x.to_owned(), ..Axis::default() },
+        x: Axis { label: x.to_owned(), range, ..Axis::default() },
         y: Axis { label: y.to_owned(), range: Some((0.0, 1.0)), ..Axis::default() },
         series: series.collect(),
         ..Curves::default()

@@ -121,9 +121,13 @@ impl Map {
             chart.draw_series(DashedLineSeries::new(line.iter().copied(), 12, 8, over.stroke_width(3)))?;
         }
         for (x, y, name) in &self.marks {
-            let style = text(HPos::Left, VPos::Bottom).color(&over);
             chart.draw_series([Circle::new((*x, *y), 16, over.stroke_width(4))])?;
-            chart.draw_series([EmptyElement::at((*x, *y)) + Text::new(name.clone(), (18, -12), style)])?;
+            // A dark edge, so that it can be read on any ground.
+            let edge = [(16, -14), (20, -14), (16, -10), (20, -10)].map(|place| (place, BLACK));
+            for (place, color) in edge.into_iter().chain([((18, -12), over)]) {
+                let style = text(HPos::Left, VPos::Bottom).color(&color);
+                chart.draw_series([EmptyElement::at((*x, *y)) + Text::new(name.clone(), place, style)])?;
+            }
         }
         if self.label.is_empty() { Ok(()) } else { self.bar(&main, (low, high), width, height) }
     }
