@@ -31,12 +31,28 @@ pub enum Wanted {
     Between(f64, f64),
     /// This and nothing else.
     Exactly(f64),
+    /// No rule: it is only told.
+    Told,
 }
 
 impl Check {
     /// A rule applied.
     pub fn new(what: impl Into<String>, measured: f64, unit: &'static str, wanted: Wanted) -> Self {
         Self { what: what.into(), measured, unit, wanted }
+    }
+
+    /// Whether there is a rule.
+    pub fn is_ruled(&self) -> bool {
+        self.wanted != Wanted::Told
+    }
+
+    /// `yes`, `NO`, or that there is no rule.
+    pub fn verdict(&self) -> &'static str {
+        match (self.is_ruled(), self.holds()) {
+            (_, false) => "NO",
+            (true, true) => "yes",
+            (false, true) => "-",
+        }
     }
 
     /// Whether it is as it must be. What is not a number never is.
@@ -48,6 +64,7 @@ impl Check {
             Wanted::AtLeast(limit) => value >= limit,
             Wanted::Between(low, high) => (low..=high).contains(&value),
             Wanted::Exactly(only) => value == only,
+            Wanted::Told => !value.is_nan(),
         }
     }
 
@@ -58,7 +75,7 @@ impl Check {
 
     /// The rule with its unit.
     pub fn wanted(&self) -> String {
-        with_unit(&self.wanted.to_string(), self.unit)
+        if self.is_ruled() { with_unit(&self.wanted.to_string(), self.unit) } else { self.wanted.to_string() }
     }
 }
 
@@ -70,6 +87,7 @@ impl fmt::Display for Wanted {
             Self::AtLeast(limit) => write!(f, "at least {}", digits(*limit)),
             Self::Between(low, high) => write!(f, "{} to {}", digits(*low), digits(*high)),
             Self::Exactly(only) => write!(f, "{}", digits(*only)),
+            Self::Told => f.write_str("no rule"),
         }
     }
 }
@@ -104,7 +122,9 @@ mod tests {
         assert!(holds(1.1, Wanted::AtLeast(1.1)) && !holds(1.0, Wanted::AtLeast(1.1)));
         assert!(holds(2.0, Wanted::Between(2.0, 2.3)) && !holds(2.31, Wanted::Between(2.0, 2.3)));
         assert!(holds(8.0, Wanted::Exactly(8.0)) && !holds(7.0, Wanted::Exactly(8.0)));
-        for wanted in [Wanted::Below(1.0), Wanted::Above(1.0), Wanted::Between(0.0, 1.0), Wanted::Exactly(1.0)] {
+        for wanted in
+            [Wanted::Below(1.0), Wanted::Above(1.0), Wanted::Between(0.0, 1.0), Wanted::Exactly(1.0), Wanted::Told]
+        {
             assert!(!holds(f64::NAN, wanted), "{wanted}");
         }
     }
@@ -113,6 +133,9 @@ mod tests {
     fn words() {
         let check = Check::new("E at 100 px/s", 15.6789, "%", Wanted::Below(20.0));
         assert_eq!((check.measured().as_str(), check.wanted().as_str()), ("15.68 %", "below 20 %"));
+        assert_eq!((check.verdict(), Check { measured: 21.0, ..check }.verdict()), ("yes", "NO"));
+        let told = Check::new("share", 3.0, "%", Wanted::Told);
+        assert_eq!((told.wanted().as_str(), told.verdict(), told.holds()), ("no rule", "-", true));
         assert_eq!(digits(8.6543e-4), "8.65e-4");
         assert_eq!((digits(0.12500001), digits(250.0), digits(0.0)), ("0.125".into(), "250".into(), "0".into()));
         assert_eq!(Wanted::Between(2.0, 2.3).to_string(), "2 to 2.3");

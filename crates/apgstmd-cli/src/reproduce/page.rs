@@ -25,7 +25,7 @@ pub fn page(run: &Run) -> String {
                         what => &check.what,
                         measured => check.measured(),
                         wanted => check.wanted(),
-                        holds => check.holds(),
+                        verdict => check.verdict(),
                     }
                 })
                 .collect();

@@ -117,8 +117,8 @@ impl Run {
         for written in &self.written {
             for (i, check) in written.checks().iter().enumerate() {
                 let name = if i == 0 { written.experiment().name } else { "" };
-                let holds = if check.holds() { "yes" } else { "NO" };
-                rows.push([name.to_owned(), check.what.clone(), check.measured(), check.wanted(), holds.to_owned()]);
+                let verdict = check.verdict().to_owned();
+                rows.push([name.to_owned(), check.what.clone(), check.measured(), check.wanted(), verdict]);
             }
         }
         let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -133,7 +133,8 @@ impl Run {
 
     /// How many hold.
     pub fn verdict(&self) -> String {
-        let (all, holding) = (self.checks().count(), self.checks().filter(|check| check.holds()).count());
+        let ruled = || self.checks().filter(|check| check.is_ruled());
+        let (all, holding) = (ruled().count(), ruled().filter(|check| check.holds()).count());
         format!("{holding} of {all} hold, in {} experiments and {:.0} s", self.written.len(), self.seconds)
     }
 }
