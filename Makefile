@@ -13,7 +13,7 @@ test lint wheel: export VIRTUAL_ENV := $(CURDIR)/.venv
 .PHONY: help demo test reproduce lint wheel venv bench docs clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
 
 demo: ## build the program and let it find targets in a scene it makes itself; results in demo-out/
 	@$(CARGO) build --release --package apgstmd-cli

@@ -1,6 +1,6 @@
 //! The experiments of the paper, declared: what is shown to the model, what is recorded, what must come out.
 //!
-//! [`EXPERIMENTS`] is the table; [`bench`] runs it, [`folder`], [`page`] and [`summary`] write what comes out.
+//! [`EXPERIMENTS`] is the table; [`mod@bench`] runs it, [`folder`], [`page`] and [`summary`] write what comes out.
 
 mod attention;
 pub mod bench;
