@@ -1,7 +1,9 @@
 //! Where results go. As with other results: nothing is overwritten unasked, and asked, only what this program wrote.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use serde_json::Value;
 
 use super::bench::Done;
 use super::{EXPERIMENTS, Experiment};
@@ -84,7 +86,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Files with the names of ours.
+    /// Files of an earlier run: what its summary names, and what has the name of a figure or a lone table.
     fn earlier(&self) -> Outcome<Vec<PathBuf>> {
         if !self.0.is_dir() {
             return Ok(Vec::new());
@@ -92,10 +94,23 @@ impl Folder {
         let entries = fs::read_dir(&self.0).map_err(|error| {
             Failure::failed(format_args!("cannot read the folder {}: {}", self.0.display(), reason(&error)))
         })?;
-        let mut files: Vec<PathBuf> =
-            entries.flatten().map(|entry| entry.path()).filter(|path| is_ours(path)).collect();
+        let listed = self.listed();
+        let ours = |path: &PathBuf| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            path.is_file() && (is_ours(name) || listed.iter().any(|listed| listed == name))
+        };
+        let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(ours).collect();
         files.sort();
         Ok(files)
+    }
+
+    /// Files that the summary of an earlier run names.
+    fn listed(&self) -> Vec<String> {
+        let text = fs::read_to_string(self.file(SUMMARY)).unwrap_or_default();
+        let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+        let experiments = summary["experiments"].as_array().into_iter().flatten();
+        let files = experiments.flat_map(|experiment| experiment["files"].as_array().into_iter().flatten());
+        files.filter_map(|file| file.as_str().map(str::to_owned)).collect()
     }
 
     /// Writes a file.
@@ -131,11 +146,10 @@ fn table_name(experiment: &Experiment, table: &str) -> String {
     format!("{}{dash}{table}.csv", experiment.name)
 }
 
-fn is_ours(path: &Path) -> bool {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.is_file()) else { return false };
+fn is_ours(name: &str) -> bool {
     let of_an_experiment = EXPERIMENTS.iter().any(|experiment| {
         let rest = name.strip_prefix(experiment.name).unwrap_or_default();
-        matches!(rest, ".svg" | ".png" | ".csv") || (rest.starts_with('-') && rest.ends_with(".csv"))
+        matches!(rest, ".svg" | ".png" | ".csv")
     });
     name == PAGE || name == SUMMARY || of_an_experiment
 }
@@ -145,13 +159,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_our_names_are_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        let put = |name: &str| {
-            fs::write(folder.path().join(name), "x").unwrap();
-            is_ours(&folder.path().join(name))
+    fn only_what_we_wrote_is_replaced() {
+        let place = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| fs::write(place.path().join(name), text).unwrap();
+        for name in
+            ["velocity-tuning.csv", "velocity-tuning.svg", "occlusion-map.csv", "occlusion-notes.csv", "notes.md"]
+        {
+            put(name, "x");
+        }
+        fs::create_dir(place.path().join("occlusion.png")).unwrap();
+        let folder = Folder::new(place.path().to_owned());
+        let names = || {
+            let files = folder.earlier().unwrap();
+            files.iter().map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect::<Vec<_>>()
         };
-        assert!(put("velocity-tuning.csv") && put("velocity-tuning.svg") && put("occlusion-map.csv") && put(PAGE));
-        assert!(!put("velocity.csv") && !put("velocity-tuning.txt") && !put("notes.md") && !is_ours(folder.path()));
+        assert_eq!(names(), ["velocity-tuning.csv", "velocity-tuning.svg"]);
+        put(SUMMARY, r#"{"program": "apgstmd", "experiments": [{"files": ["occlusion-map.csv", "gone.csv", 3]}]}"#);
+        assert_eq!(names(), ["occlusion-map.csv", SUMMARY, "velocity-tuning.csv", "velocity-tuning.svg"]);
+        assert!(folder.check(false).is_err() && folder.check(true).is_ok());
     }
 }

@@ -210,6 +210,8 @@ fn of_direction(records: &Records) -> (Figure, Vec<Check>) {
         Check::new("E: spread over directions of the probe", uneven.fold(0.0, f64::max), "%", Wanted::Below(2.0)),
         Check::new("Q along the primer, above the next best of its kind", lead(q, 2), "%", Wanted::Above(0.0)),
         Check::new("Q / E along the primer, above the next best of all", lead(gain, 1), "%", Wanted::Above(0.0)),
+        // Below 0 for primers on a diagonal: E itself is smaller there than on the axes beside it.
+        Check::new("Q along the primer, above the next best of all", lead(q, 1), "%", Wanted::Told),
     ];
     let panels = (0..primers).map(|primer| {
         let polar = Polar {
