@@ -122,6 +122,28 @@ fn print(text: &str) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::Figure;
+    use crate::reproduce::bench::Done;
+    use crate::reproduce::{Check, Findings, Wanted};
+
+    #[test]
+    fn a_number_that_is_not_as_it_must_be_fails_the_command() {
+        let run = |measured: f64, interrupted: bool| {
+            let checks = vec![Check::new("a number", measured, "px", Wanted::Below(2.0))];
+            let findings = Findings { tables: vec![], figure: Figure::default(), checks };
+            let done = Done { experiment: &EXPERIMENTS[0], findings, time: Duration::ZERO };
+            let written = vec![Written { done, files: vec![], svg: String::new() }];
+            verdict(&Run { extent: Extent::Quick, threads: 1, seconds: 0.0, interrupted, written })
+        };
+        assert!(run(1.0, false).is_ok());
+        // `Failed` is exit code 1.
+        let failure = run(3.0, false).unwrap_err();
+        assert!(matches!(failure, Failure::Failed(_)));
+        assert_eq!(failure.text().unwrap(), format!("not as it must be: {}", EXPERIMENTS[0].name));
+        for measured in [1.0, 3.0] {
+            assert!(matches!(run(measured, true), Err(Failure::Interrupted)));
+        }
+    }
 
     #[test]
     fn names() {
