@@ -10,16 +10,19 @@ test lint wheel: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint wheel venv bench docs clean
+.PHONY: help demo test reproduce lint wheel venv bench docs clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
 
 demo: ## build the program and let it find targets in a scene it makes itself; results in demo-out/
 	@$(CARGO) build --release --package apgstmd-cli
 	@$(CARGO) run --release --quiet --package apgstmd-cli -- demo --out demo-out --force
 
-test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs
+reproduce: ## the paper's experiments, all of them: figures, numbers and a page in reproduce-out/
+	@$(CARGO) run --release --quiet --package apgstmd-cli -- reproduce all --out reproduce-out --force
+
+test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs, the paper's experiments in brief
 	@echo "== cargo test"
 	@$(CARGO) test --workspace --quiet
 	@$(MAKE) --no-print-directory wheel
@@ -28,6 +31,8 @@ test: lint ## format, lints, Rust tests, wheel, Python tests, type stubs
 	@echo "== mypy and stubtest"
 	@$(PY) -m mypy
 	@$(PY) -m mypy.stubtest apgstmd._core --mypy-config-file pyproject.toml
+	@echo "== the paper's experiments, quick; figures in target/reproduce"
+	@.venv/bin/apgstmd reproduce --quick --quiet --force --out target/reproduce
 
 lint: venv ## rustfmt and clippy, warnings are errors
 	@echo "== cargo fmt, clippy"
@@ -52,4 +57,4 @@ docs: ## API documentation of the Rust crates in target/doc
 
 clean: ## remove everything that was built
 	@$(CARGO) clean
-	@rm -rf .venv demo-out .mypy_cache .pytest_cache
+	@rm -rf .venv demo-out reproduce-out .mypy_cache .pytest_cache

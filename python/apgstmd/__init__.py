@@ -6,6 +6,7 @@
     apgstmd.run("frames/", speed=1.0)                         # a whole folder, like the command line
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
+    apgstmd.reproduce(quick=True)                             # the paper's experiments, computed and judged
 
 Positions are in pixels (x = column, y = row downward), times in frames, directions in radians counter-clockwise on the
 screen (0 = right, pi/2 = up), luminance in [0, 1].
@@ -16,12 +17,14 @@ from .detector import Detector
 from .evaluation import Curve, Evaluation, OperatingPoint, evaluate
 from .folder import Run, run
 from .options import Parameter, parameters, params
+from .reproduction import Check, Reproduction, reproduce
 from .results import Detection, Detections, Output, RunDetection, RunDetections
 from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
     "MODELS",
     "STAGES",
+    "Check",
     "Curve",
     "Detection",
     "Detections",
@@ -30,6 +33,7 @@ __all__ = [
     "OperatingPoint",
     "Output",
     "Parameter",
+    "Reproduction",
     "Run",
     "RunDetection",
     "RunDetections",
@@ -40,6 +44,7 @@ __all__ = [
     "evaluate",
     "parameters",
     "params",
+    "reproduce",
     "run",
     "synth",
 ]

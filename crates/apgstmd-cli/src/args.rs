@@ -20,7 +20,8 @@ Examples:
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
-  apgstmd eval found scene --html report.html      detections judged against the truth";
+  apgstmd eval found scene --html report.html      detections judged against the truth
+  apgstmd reproduce --quick                        the paper's experiments, computed, drawn and judged";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -47,6 +48,8 @@ pub enum Command {
     Synth(SynthArgs),
     /// Judge detections against ground truth.
     Eval(EvalArgs),
+    /// Compute the experiments of the paper, draw its figures and judge them.
+    Reproduce(ReproduceArgs),
 }
 
 /// A ready-made parameter set.
@@ -263,6 +266,43 @@ pub struct SynthArgs {
     /// Threads [default: one per core]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+const REPRODUCE_EXAMPLES: &str = "\
+Examples:
+  apgstmd reproduce --quick                        all of them with fewer points and smaller scenes, about a minute
+  apgstmd reproduce velocity-tuning occlusion --out here
+  apgstmd reproduce all --force                    everything again, over earlier results
+
+Writes into DIR: index.html, one page with each figure beside what the paper says, the number measured and its rule; for
+each experiment its figure as SVG and PNG and its numbers as CSV; summary.json.
+Exit codes: 0 all is as it must be, 1 something is not, 2 wrong arguments, 130 interrupted (what is there is complete).";
+
+/// Flags of `apgstmd reproduce`.
+#[derive(Debug, Args)]
+#[command(after_help = REPRODUCE_EXAMPLES)]
+pub struct ReproduceArgs {
+    /// Names of experiments, or `all` [default: all]
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Print the names and what each shows, and compute nothing
+    #[arg(long)]
+    pub list: bool,
+    /// Folder for the results, made if missing
+    #[arg(short, long, value_name = "DIR", default_value = "apgstmd-reproduce")]
+    pub out: PathBuf,
+    /// The same experiments with fewer points and smaller scenes
+    #[arg(long)]
+    pub quick: bool,
+    /// Threads [default: one per core]; the numbers found do not depend on it
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Replace results that DIR already holds (only files that this program wrote)
+    #[arg(long)]
+    pub force: bool,
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,

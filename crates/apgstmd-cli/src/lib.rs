@@ -8,7 +8,9 @@ pub mod commands;
 pub mod failure;
 pub mod interrupt;
 pub mod judge;
+pub mod plot;
 pub mod report;
+pub mod reproduce;
 pub mod settings;
 pub mod sink;
 pub mod source;
@@ -66,6 +68,7 @@ fn execute(arguments: Arguments) -> Outcome {
         Command::Params(args) => commands::params::main(&args),
         Command::Synth(args) => commands::synth::main(args),
         Command::Eval(args) => commands::eval::main(&args),
+        Command::Reproduce(args) => commands::reproduce::main(args),
     }
 }
 

@@ -21,6 +21,7 @@ mod error;
 pub mod evaluation;
 mod filter;
 mod frame;
+pub mod kernels;
 mod memory;
 mod model;
 pub mod params;

@@ -55,8 +55,14 @@ struct Job {
 heap!(Job);
 heap!(Prediction { kernels, most, source, jobs, scratch });
 
+/// Radius of W_p: v_opt dt + 3 zeta.
+pub(crate) fn reach(params: &Params) -> usize {
+    let prediction = &params.prediction;
+    (prediction.v_opt * f64::from(prediction.horizon) + 3.0 * prediction.ring_width).ceil() as usize
+}
+
 /// W_p for a direction, (2 radius + 1) squared row by row, unit sum.
-fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
+pub(crate) fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
     let prediction = &params.prediction;
     let reach = prediction.v_opt * f64::from(prediction.horizon);
     let r = radius as isize;
@@ -81,8 +87,7 @@ fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
 impl Prediction {
     pub fn new(params: &Params, grid: &Grid, threads: usize) -> Self {
         let prediction = &params.prediction;
-        let reach = prediction.v_opt * f64::from(prediction.horizon);
-        let radius = (reach + 3.0 * prediction.ring_width).ceil() as usize;
+        let radius = reach(params);
         // Turned by half a circle: what is correlated with it is convolved with W_p.
         let taps: [Vec<f32>; DIRECTIONS] =
             std::array::from_fn(|k| kernel(params, radius, angle(k)).into_iter().rev().map(|tap| tap as f32).collect());
