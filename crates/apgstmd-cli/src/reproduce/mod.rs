@@ -9,6 +9,7 @@ mod condition;
 mod direction;
 mod facilitation;
 pub mod folder;
+mod headline;
 mod kernels;
 mod occlusion;
 pub mod page;
@@ -85,8 +86,7 @@ impl Extent {
     }
 }
 
-/// All experiments, in the paper's order. One that compares models over many scenes stands at its end, as
-/// [`Work::Other`].
+/// All experiments, in the paper's order.
 pub static EXPERIMENTS: &[Experiment] = &[
     kernels::EXPERIMENT,
     tuning::CONTRAST,
@@ -100,6 +100,7 @@ pub static EXPERIMENTS: &[Experiment] = &[
     primer::CONTRAST,
     primer::DIRECTION,
     occlusion::EXPERIMENT,
+    headline::EXPERIMENT,
 ];
 
 #[cfg(test)]
