@@ -47,7 +47,8 @@ fn main() {
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times[((frames - 1) as f64 * share) as usize];
     print!(
-        "{size} {variant} {threads} threads: min {:.2} p50 {:.2} p99 {:.2} cpu {busy:.2} ms |",
+        "{size} {variant} {} {threads} threads: min {:.2} p50 {:.2} p99 {:.2} CPU {busy:.2} ms |",
+        running.detector.simd(),
         times[0],
         at(0.5),
         at(0.99)
