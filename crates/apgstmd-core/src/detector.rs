@@ -3,10 +3,12 @@
 use crate::detection::Response;
 use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
+use crate::memory::{Heap, Memory};
 use crate::model::{Wiring, lag, latency, wire};
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Probe;
+use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
 use crate::timing::Timing;
 
@@ -55,8 +57,7 @@ impl Detector {
     /// # Errors
     /// Parameters out of range, frames below 16 x 16.
     pub fn new(size: Size, params: &Params) -> Result<Self, ParamError> {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Self::with_threads(size, params, cores.min(MOST_THREADS))
+        Self::with_options(size, params, &Machine::default())
     }
 
     /// As [`Detector::new`] with a number of threads. With 1, everything runs on the calling thread.
@@ -64,6 +65,14 @@ impl Detector {
     /// # Errors
     /// As `new`; also when the threads cannot be started.
     pub fn with_threads(size: Size, params: &Params, threads: usize) -> Result<Self, ParamError> {
+        Self::with_options(size, params, &Machine::with_threads(threads))
+    }
+
+    /// As [`Detector::new`] with a choice of threads and instruction set.
+    ///
+    /// # Errors
+    /// As `with_threads`. An instruction set that the machine does not have is none: see [`SimdLevel::clamped`].
+    pub fn with_options(size: Size, params: &Params, machine: &Machine) -> Result<Self, ParamError> {
         params.validate()?;
         if size.height < LEAST_SIDE || size.width < LEAST_SIDE {
             return Err(ParamError::TooSmall { size, least: LEAST_SIDE });
@@ -71,13 +80,13 @@ impl Detector {
         if size.height.checked_mul(size.width).is_none_or(|area| area > MOST_PIXELS) {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
-        let workers = Workers::new(threads)?;
+        let workers = Workers::new(machine)?;
         Ok(Self {
             params: params.clone(),
             frames: 0,
-            lag: lag::measure(params),
+            lag: lag::measure(params, workers.simd()),
             luminance: Plane::new(size),
-            model: wire(size, params, threads),
+            model: wire(size, params, machine.threads),
             workers,
         })
     }
@@ -95,6 +104,23 @@ impl Detector {
     /// Its number of threads.
     pub fn threads(&self) -> usize {
         self.workers.threads()
+    }
+
+    /// The instruction set it uses.
+    pub fn simd(&self) -> SimdLevel {
+        self.workers.simd()
+    }
+
+    /// The memory it holds: maps, states, memorizer, scratch. Outputs are the caller's; the stacks of its threads and some
+    /// kilobytes of kernels are not counted.
+    pub fn memory(&self) -> Memory {
+        self.luminance.heap() + self.model.heap()
+    }
+
+    /// Most frames that can be computed together: attention reads what prediction said this many frames ago, so within
+    /// a block nothing waits for anything later.
+    pub fn block_len(&self) -> usize {
+        self.params.horizon().max(1)
     }
 
     /// Frames processed since construction or the last reset.
@@ -156,6 +182,20 @@ impl Detector {
         self.frames += 1;
         response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
         Ok(())
+    }
+
+    /// Takes the next frames, one response each: the same numbers as frame by frame, to the bit. Blocks of
+    /// [`Detector::block_len`] frames are computed together. Allocates nothing.
+    ///
+    /// # Errors
+    /// As `process_into`, of the first frame that cannot be processed. Those before it have been: [`Detector::frames`]
+    /// tells how many.
+    ///
+    /// # Panics
+    /// When there are not as many responses as frames.
+    pub fn process_block(&mut self, frames: &[Frame<'_>], responses: &mut [Response]) -> Result<(), FrameError> {
+        assert_eq!(frames.len(), responses.len(), "one response a frame");
+        frames.iter().zip(responses).try_for_each(|(frame, response)| self.advance(*frame, response, None))
     }
 
     /// As [`Detector::process_into`] into a fresh [`Response`].

@@ -21,6 +21,7 @@ mod error;
 pub mod evaluation;
 mod filter;
 mod frame;
+mod memory;
 mod model;
 pub mod params;
 mod plane;
@@ -35,8 +36,10 @@ pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
 pub use error::{FrameError, ParamError};
 pub use frame::{Frame, Samples, Size};
+pub use memory::Memory;
 pub use params::{Model, Params, Preset, UnknownModel};
 pub use probe::{MissingStage, Probe, Stage, UnknownStage};
+pub use row::machine::{Machine, SimdLevel, UnknownSimdLevel};
 pub use timing::Timing;
 
 /// Preferred directions of the lobula: k pi / 4, counter-clockwise on the screen.

@@ -3,6 +3,7 @@
 use ndarray::{ArrayView2, ArrayView3, ShapeBuilder};
 
 use crate::frame::Size;
+use crate::memory::heap;
 
 /// Floats a row is padded to: the widest vector, so that no row kernel needs a tail.
 pub(crate) const LANES: usize = 16;
@@ -18,6 +19,8 @@ pub(crate) struct Plane {
     size: Size,
     data: Vec<f32>,
 }
+
+heap!(Plane { data });
 
 impl Plane {
     pub fn new(size: Size) -> Self {

@@ -29,7 +29,8 @@ parts! {
 #[derive(Clone, Debug, Default)]
 pub struct Timing {
     spent: [Duration; Timing::PARTS.len()],
-    tiles: u64,
+    tiles: [u64; Timing::PARTS.len()],
+    total_tiles: u64,
 }
 
 impl Timing {
@@ -43,9 +44,26 @@ impl Timing {
         self.parts().find(|(name, _)| *name == part).map_or(Duration::ZERO, |(_, spent)| spent)
     }
 
-    /// Tiles in which prediction was computed, summed over the frames.
-    pub fn predicted_tiles(&self) -> u64 {
-        self.tiles
+    /// Tiles of 16 x 16 px in which attention was computed, summed over the frames.
+    pub fn attended_tiles(&self) -> u64 {
+        self.tiles[Part::Attention as usize]
+    }
+
+    /// Tiles in which the lobula's lateral inhibition was computed, summed over the frames. A tile in which only some
+    /// directions are active counts in part.
+    pub fn inhibited_tiles(&self) -> f64 {
+        self.tiles[Part::Lobula as usize] as f64 / crate::DIRECTIONS as f64
+    }
+
+    /// Tiles in which prediction was computed, summed over the frames. A tile in which only some directions are active
+    /// counts in part.
+    pub fn predicted_tiles(&self) -> f64 {
+        self.tiles[Part::Prediction as usize] as f64 / crate::DIRECTIONS as f64
+    }
+
+    /// All tiles, summed over the frames.
+    pub fn total_tiles(&self) -> u64 {
+        self.total_tiles
     }
 }
 
@@ -66,9 +84,18 @@ impl<'a> Clock<'a> {
         }
     }
 
+    /// As [`Clock::lap`], for a part that computes some of its tiles only.
+    pub fn lap_tiles(&mut self, part: Part, tiles: usize) {
+        if let Some((timing, _)) = &mut self.0 {
+            timing.tiles[part as usize] += tiles as u64;
+        }
+        self.lap(part);
+    }
+
+    /// How many tiles the frame has.
     pub fn count_tiles(&mut self, tiles: usize) {
         if let Some((timing, _)) = &mut self.0 {
-            timing.tiles += tiles as u64;
+            timing.total_tiles += tiles as u64;
         }
     }
 }

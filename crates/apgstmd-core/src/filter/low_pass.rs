@@ -3,6 +3,7 @@
 //! Input and output: one map a frame. State: one map, zero before the first frame.
 
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
@@ -12,6 +13,8 @@ pub(crate) struct LowPass {
     taps: CascadeTaps<1>,
     state: Vec<f32>,
 }
+
+heap!(LowPass { taps, state });
 
 impl LowPass {
     pub fn new(size: Size, tau: f64) -> Self {
@@ -56,7 +59,7 @@ mod tests {
             for i in 0..(20.0 * tau) as i32 + 5 {
                 input.fill(if i == 0 { 1.0 } else { 0.0 });
                 out.fill(0.25);
-                filter.process(&Bands::new(1), &input, &mut out, true);
+                filter.process(&Bands::single(), &input, &mut out, true);
                 let tap = f64::from(out.row(0)[1]) - 0.25;
                 // What is added to is rounded to 1.5e-8; the pole to 6e-8, which grows with its power.
                 let expected = (1.0 - decay) * decay.powi(i);

@@ -1,5 +1,6 @@
 //! A rectangle of a map with its halo, copied out: the one place where borders are decided.
 
+use crate::memory::heap;
 use crate::plane::{LANES, Plane};
 
 /// What stands outside the picture.
@@ -21,6 +22,8 @@ pub(crate) struct Patch {
 pub(crate) const fn patch_stride(columns: usize) -> usize {
     columns.next_multiple_of(LANES) + LANES
 }
+
+heap!(Patch { data });
 
 impl Patch {
     /// Space for patches up to this size.

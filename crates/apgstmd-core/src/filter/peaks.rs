@@ -1,5 +1,6 @@
 //! Peaks of a map: maxima of their square neighbourhood.
 
+use crate::memory::heap;
 use crate::plane::Plane;
 
 /// A peak of the response.
@@ -12,6 +13,8 @@ pub(crate) struct Peak {
     pub sub_x: f32,
     pub sub_y: f32,
 }
+
+heap!(Peak);
 
 /// Most peaks a map can have: one in each square of radius + 1.
 pub(crate) fn most(size: crate::frame::Size, radius: usize) -> usize {

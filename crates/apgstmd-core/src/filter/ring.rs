@@ -5,6 +5,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::plane::padded;
 use crate::row::bands::Rows;
 
@@ -17,6 +18,8 @@ pub(crate) struct FrameRing {
     /// Slot of the newest frame.
     newest: usize,
 }
+
+heap!(FrameRing { data });
 
 impl FrameRing {
     pub fn new(size: Size, capacity: usize) -> Self {

@@ -6,6 +6,7 @@
 use super::gamma::{Response, Sum, cascades, taps};
 use super::ring::{FrameRing, weighted_sum};
 use crate::frame::Size;
+use crate::memory::{Heap, Memory, heap};
 use crate::params::TemporalEngine;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{Bands, Rows};
@@ -24,6 +25,17 @@ enum Engine<const K: usize> {
         ring: FrameRing,
         taps: [Vec<f32>; K],
     },
+}
+
+heap!(const K => TemporalFilter<K> { engine });
+
+impl<const K: usize> Heap for Engine<K> {
+    fn heap(&self) -> Memory {
+        match self {
+            Self::Cascade(groups) => groups.heap(),
+            Self::Fir { ring, taps } => ring.heap() + taps.heap(),
+        }
+    }
 }
 
 impl<const K: usize> TemporalFilter<K> {
@@ -110,7 +122,7 @@ mod tests {
             [vec![(1.0, Gamma { order: 5, tau: 3.0 })], vec![(2.0, Gamma { order: 2, tau: 0.2 })]],
         ] {
             for response in [Response::Impulse, Response::Tail] {
-                let bands = Bands::new(1);
+                let bands = Bands::single();
                 let mut filters = [TemporalEngine::Cascade, TemporalEngine::Fir]
                     .map(|engine| TemporalFilter::new(size, engine, Prepare::Positive, &sums, response));
                 let mut input = Plane::new(size);

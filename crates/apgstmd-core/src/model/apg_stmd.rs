@@ -6,6 +6,7 @@ use super::{Wiring, part, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -37,6 +38,8 @@ pub(crate) struct ApgStmd {
     facilitation: Facilitation,
     memorizer: Memorizer,
 }
+
+heap!(ApgStmd { p, l, retina, attention, lamina, medulla, lobula, rejection, prediction, facilitation, memorizer });
 
 impl ApgStmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
@@ -70,20 +73,20 @@ impl Wiring for ApgStmd {
         retina.process(bands, luminance, p);
         clock.lap(Part::Retina);
         attention.process(bands, p, predicted);
-        clock.lap(Part::Attention);
+        clock.lap_tiles(Part::Attention, attention.tiles());
         lamina.process(bands, &attention.pe, l);
         clock.lap(Part::Lamina);
         medulla.process(bands, l);
         clock.lap(Part::Medulla);
         lobula.process(bands, l, medulla);
-        clock.lap(Part::Lobula);
+        clock.lap_tiles(Part::Lobula, lobula.tiles());
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);
         prediction.process(bands, kept, memorizer);
-        clock.lap(Part::Prediction);
+        clock.lap_tiles(Part::Prediction, prediction.tiles());
         facilitation.process(bands, kept, &prediction.fresh, memorizer, response);
-        clock.count_tiles(prediction.tiles());
+        clock.count_tiles(memorizer.grid.count());
         readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
         clock.lap(Part::Facilitation);
         self.frames += 1;

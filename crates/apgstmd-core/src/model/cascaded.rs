@@ -6,6 +6,7 @@ use super::{Wiring, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -30,6 +31,8 @@ pub(crate) struct Cascaded {
     rejection: Rejection<DIRECTIONS>,
     readout: Readout,
 }
+
+heap!(Cascaded { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout });
 
 impl Cascaded {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

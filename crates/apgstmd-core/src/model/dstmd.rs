@@ -6,6 +6,7 @@ use super::{Wiring, part, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -18,6 +19,7 @@ use crate::stage::medulla::Medulla;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::tiles::Grid;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Dstmd {
@@ -31,6 +33,8 @@ pub(crate) struct Dstmd {
     rejection: Rejection<DIRECTIONS>,
     readout: Readout,
 }
+
+heap!(Dstmd { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout });
 
 impl Dstmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
@@ -62,7 +66,8 @@ impl Wiring for Dstmd {
         medulla.process(bands, l1);
         clock.lap(Part::Medulla);
         lobula.process(bands, l1, medulla);
-        clock.lap(Part::Lobula);
+        clock.lap_tiles(Part::Lobula, lobula.tiles());
+        clock.count_tiles(Grid::new(p.size()).count());
         rejection.process(p, &lobula.e, &lobula.strongest);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);

@@ -7,6 +7,7 @@ use ndarray::Array3;
 use super::Wiring;
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -29,6 +30,8 @@ pub(crate) struct Estmd {
     rejection: Rejection<1>,
     readout: Readout,
 }
+
+heap!(Estmd { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

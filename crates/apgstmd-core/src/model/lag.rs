@@ -8,6 +8,7 @@ use crate::frame::{Frame, Size};
 use crate::params::{Localise, Model, Params, RejectionMode};
 use crate::plane::Plane;
 use crate::row::bands::Bands;
+use crate::row::machine::SimdLevel;
 
 const SIDE: f64 = 5.0;
 /// From the border to the target's centre: beyond the lateral kernel and the neighbourhood of a peak.
@@ -18,7 +19,7 @@ const MEASURED: f64 = 4.0;
 /// Mean distance from the centre of a black 5 x 5 target on white, moving at the tuned speed to the right, back to the
 /// peak of its response, px; 0 where detections are not moved, where the parameters give no response, and without
 /// directions, along which to move.
-pub(crate) fn measure(params: &Params) -> f32 {
+pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
     if params.detection.localise == Localise::Response || !params.model.is_directional() {
         return 0.0;
     }
@@ -35,7 +36,7 @@ pub(crate) fn measure(params: &Params) -> f32 {
     let frames = settle + (MEASURED / speed).ceil().max(4.0);
     let size = Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize);
     let (mut model, mut luminance) = (wire(size, &params, 1), Plane::new(size));
-    let (bands, mut response) = (Bands::new(1), Response::new(size, 1));
+    let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, 1));
     let (mut sum, mut count) = (0.0, 0.0);
     for t in 0..frames as usize {
         let center = CLEAR + speed * t as f64;

@@ -11,6 +11,7 @@ use ndarray::{Array3, ArrayView3, Axis, concatenate};
 
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::Heap;
 use crate::params::{Model, Params};
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -19,7 +20,7 @@ use crate::row::recurse::Prepare;
 use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
-pub(crate) trait Wiring: Send + Sync {
+pub(crate) trait Wiring: Heap + Send + Sync {
     /// One time step. Detections stand where the response peaks.
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 

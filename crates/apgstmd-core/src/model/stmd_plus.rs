@@ -6,6 +6,7 @@ use super::{Wiring, part, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -17,6 +18,7 @@ use crate::stage::medulla::Medulla;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::tiles::Grid;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct StmdPlus {
@@ -29,6 +31,8 @@ pub(crate) struct StmdPlus {
     rejection: Rejection<DIRECTIONS>,
     readout: Readout,
 }
+
+heap!(StmdPlus { p, l, retina, lamina, medulla, lobula, rejection, readout });
 
 impl StmdPlus {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
@@ -57,7 +61,8 @@ impl Wiring for StmdPlus {
         medulla.process(bands, l);
         clock.lap(Part::Medulla);
         lobula.process(bands, l, medulla);
-        clock.lap(Part::Lobula);
+        clock.lap_tiles(Part::Lobula, lobula.tiles());
+        clock.count_tiles(Grid::new(p.size()).count());
         rejection.process(p, &lobula.e, &lobula.strongest);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);

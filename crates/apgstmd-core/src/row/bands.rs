@@ -8,6 +8,8 @@ use std::sync::Mutex;
 
 use fearless_simd::Level;
 
+use super::machine::SimdLevel;
+use crate::memory::{Heap, Memory};
 use crate::tiles::TILE;
 
 /// Rows a band aims at: enough to pay for its halo, few enough to balance two threads at 270 rows. Measured with
@@ -18,6 +20,7 @@ pub(crate) const BAND_ROWS: usize = 32;
 pub(crate) struct Bands {
     threads: usize,
     level: Level,
+    dense: bool,
 }
 
 /// Outputs that can be cut between two rows.
@@ -76,8 +79,13 @@ impl<A: Split, B: Split> Split for (A, B) {
 }
 
 impl Bands {
-    pub fn new(threads: usize) -> Self {
-        Self { threads, level: Level::new() }
+    pub fn new(threads: usize, simd: SimdLevel, dense: bool) -> Self {
+        Self { threads, level: simd.level(), dense }
+    }
+
+    /// One thread, the best instruction set.
+    pub fn single() -> Self {
+        Self::new(1, SimdLevel::best(), false)
     }
 
     #[cfg(test)]
@@ -88,6 +96,11 @@ impl Bands {
     /// The instruction set to dispatch to.
     pub fn level(&self) -> Level {
         self.level
+    }
+
+    /// Whether work that is known to give zero is to be done all the same.
+    pub fn dense(&self) -> bool {
+        self.dense
     }
 
     /// Calls `work(rows, outputs of these rows)` for bands that cover `0..height`.
@@ -147,6 +160,14 @@ impl<T> Scratch<T> {
     }
 }
 
+impl<T: Heap> Heap for Scratch<T> {
+    fn heap(&self) -> Memory {
+        let one =
+            |piece: &Mutex<T>| piece.lock().map_or_else(|poisoned| poisoned.get_ref().heap(), |piece| piece.heap());
+        self.0.iter().map(one).fold(Memory::default(), |sum, piece| sum + piece)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,7 +175,7 @@ mod tests {
     #[test]
     fn bands_cover_every_row_once() {
         for threads in [1, 2, 5] {
-            let bands = Bands::new(threads);
+            let bands = Bands::new(threads, SimdLevel::best(), false);
             for height in 1..200 {
                 let mut data = vec![0.0; height * 3];
                 bands.over(height, Rows { data: &mut data, stride: 3 }, |range, mut rows| {

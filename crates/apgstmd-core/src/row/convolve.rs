@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
+use crate::memory::heap;
 use crate::plane::LANES;
 use crate::tiles::TILE;
 
@@ -127,6 +128,8 @@ pub(crate) struct Lateral {
     /// Row and column in the core, from its top left corner, and tap.
     pub core: Vec<(usize, usize, f32)>,
 }
+
+heap!(Lateral { across, core });
 
 /// `out[x] = max(sum over the rows of both smooth sources + core around dense[x + radius], 0)`. `smooth` starts `radius`
 /// rows above the output row, `dense` the core's radius above it and `radius` columns to the left.

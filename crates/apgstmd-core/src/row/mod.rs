@@ -2,6 +2,7 @@
 
 pub(crate) mod bands;
 pub(crate) mod convolve;
+pub(crate) mod machine;
 pub(crate) mod mix;
 pub(crate) mod opponent;
 pub(crate) mod recurse;

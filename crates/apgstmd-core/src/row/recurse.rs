@@ -3,6 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use super::convolve::{load, store};
+use crate::memory::heap;
 use crate::plane::LANES;
 
 /// States and outputs below this are set to zero: ten orders above the denormals, which are slow, and far below anything
@@ -19,6 +20,8 @@ pub(crate) enum Prepare {
     /// Its negative part, as a positive number.
     Negative,
 }
+
+heap!(const K => CascadeTaps<K> { feeds, weights });
 
 impl Prepare {
     pub fn apply(self, x: f32) -> f32 {

@@ -10,6 +10,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use crate::error::ParamError;
 use crate::row::bands::Bands;
+use crate::row::machine::{Machine, SimdLevel};
 
 /// A closure of the caller, which waits until it has run.
 struct Job(*mut (dyn FnMut() + Send));
@@ -123,11 +124,14 @@ impl Drop for Pool {
 /// The threads of one detector: none of their own for 1, a rayon pool for more.
 pub(crate) struct Workers {
     threads: usize,
+    simd: SimdLevel,
+    dense: bool,
     pool: Option<Pool>,
 }
 
 impl Workers {
-    pub fn new(threads: usize) -> Result<Self, ParamError> {
+    pub fn new(machine: &Machine) -> Result<Self, ParamError> {
+        let threads = machine.threads;
         if !(1..=crate::MOST_THREADS).contains(&threads) {
             return Err(ParamError::Threads { threads, most: crate::MOST_THREADS });
         }
@@ -137,11 +141,15 @@ impl Workers {
             let pool = Pool::new(threads);
             Some(pool.map_err(|error| ParamError::ThreadStart { threads, reason: error.to_string() })?)
         };
-        Ok(Self { threads, pool })
+        Ok(Self { threads, simd: machine.level(), dense: machine.dense, pool })
     }
 
     pub fn threads(&self) -> usize {
         self.threads
+    }
+
+    pub fn simd(&self) -> SimdLevel {
+        self.simd
     }
 
     /// Runs `work` with the machine: inside the pool, or on the calling thread where there is none.
@@ -150,7 +158,7 @@ impl Workers {
             // A forked child: the old threads do not exist here, so neither can their pool be dropped.
             std::mem::forget(std::mem::replace(&mut self.pool, Pool::new(self.threads).ok()));
         }
-        let bands = Bands::new(if self.pool.is_some() { self.threads } else { 1 });
+        let bands = Bands::new(if self.pool.is_some() { self.threads } else { 1 }, self.simd, self.dense);
         match &mut self.pool {
             None => work(&bands),
             Some(pool) => {
@@ -170,7 +178,7 @@ mod tests {
     #[test]
     fn runs_inside_the_pool_and_returns() {
         for threads in [1, 2, 5] {
-            let mut workers = Workers::new(threads).unwrap();
+            let mut workers = Workers::new(&Machine::with_threads(threads)).unwrap();
             for round in 0..100 {
                 let seen = workers.run(|bands| {
                     assert_eq!(bands.threads(), threads);
@@ -186,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_panic_reaches_the_caller_and_the_workers_live_on() {
-        let mut workers = Workers::new(2).unwrap();
+        let mut workers = Workers::new(&Machine::with_threads(2)).unwrap();
         let caught = catch_unwind(AssertUnwindSafe(|| workers.run(|_| panic!("on purpose"))));
         assert_eq!(*caught.unwrap_err().downcast::<&str>().unwrap(), "on purpose");
         assert_eq!(workers.run(|_| 7), 7);
@@ -194,7 +202,7 @@ mod tests {
 
     #[test]
     fn thread_counts_are_checked() {
-        assert!(matches!(Workers::new(0), Err(ParamError::Threads { threads: 0, .. })));
-        assert!(Workers::new(100_000).is_err());
+        assert!(matches!(Workers::new(&Machine::with_threads(0)), Err(ParamError::Threads { threads: 0, .. })));
+        assert!(Workers::new(&Machine::with_threads(100_000)).is_err());
     }
 }

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use crate::filter::kernel::{gaussian_half, sum_of_half};
 use crate::filter::patch::{Border, Patch};
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::{Params, Support};
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch};
@@ -52,6 +53,9 @@ pub(crate) struct Attention {
     pub pe: Plane,
     scratch: Scratch<(Patch, [Patch; 3], Patch)>,
 }
+
+heap!(Scale { taps });
+heap!(Attention { scales, region, masked, active, attended, a, pe, scratch });
 
 impl Attention {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
@@ -162,7 +166,7 @@ impl Attention {
                 let tile = grid.holding(column * TILE, range.start);
                 let area = grid.area(tile);
                 let columns = area.left..area.left + area.columns;
-                if !grid.around(tile, spread).any(|tile| active[tile]) {
+                if !bands.dense() && !grid.around(tile, spread).any(|tile| active[tile]) {
                     if std::mem::replace(&mut attended.values[column], false) {
                         (0..area.rows).for_each(|y| a.row(y)[columns.clone()].fill(0.0));
                     }
@@ -208,6 +212,11 @@ impl Attention {
                 }
             }
         });
+    }
+
+    /// Tiles computed in the last frame.
+    pub fn tiles(&self) -> usize {
+        self.attended.iter().filter(|attended| **attended).count()
     }
 
     pub fn reset(&mut self) {

@@ -5,6 +5,7 @@
 //! left out. Where the picture has no structure, or the shift explains it no better than none, it is zero.
 
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::plane::Plane;
 
 const ITERATIONS: usize = 4;
@@ -26,6 +27,8 @@ pub(crate) struct Background {
     residuals: Vec<f32>,
     sorted: Vec<f32>,
 }
+
+heap!(Background { last, residuals, sorted });
 
 impl Background {
     pub fn new(size: Size) -> Self {

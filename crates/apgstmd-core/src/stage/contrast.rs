@@ -6,6 +6,7 @@ use ndarray::Array3;
 
 use crate::direction::{angle, step};
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::RejectionParams;
 use crate::plane::Plane;
 
@@ -17,6 +18,8 @@ pub(crate) struct Contrast {
     /// For each offset of the square support, row by row, what a pixel there adds to each orientation.
     taps: Vec<[f32; ORIENTATIONS]>,
 }
+
+heap!(Contrast { taps });
 
 impl Contrast {
     pub fn new(params: &RejectionParams) -> Self {

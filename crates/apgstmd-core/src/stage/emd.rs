@@ -7,6 +7,7 @@ use crate::DIRECTIONS;
 use crate::direction::upstream;
 use crate::filter::low_pass::LowPass;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
@@ -22,6 +23,8 @@ pub(crate) struct Emd {
     /// max over directions of E.
     pub strongest: Plane,
 }
+
+heap!(Emd { low_pass, slow, e, strongest });
 
 impl Emd {
     pub fn new(size: Size, params: &Params) -> Self {

@@ -7,6 +7,7 @@ use crate::filter::gamma::{Gamma, Response};
 use crate::filter::patch::{Border, Patch, STRIP, strips};
 use crate::filter::temporal::TemporalFilter;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::{LobulaParams, Params};
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
@@ -26,6 +27,8 @@ pub(crate) struct Estmd {
     delay: TemporalFilter<1>,
     scratch: Scratch<(Patch, [Patch; 2])>,
 }
+
+heap!(Estmd { along, lateral, on, off, off_delayed, y, delay, scratch });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

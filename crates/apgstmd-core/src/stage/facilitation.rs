@@ -7,6 +7,7 @@ use ndarray::Array3;
 
 use crate::DIRECTIONS;
 use crate::detection::Response;
+use crate::memory::heap;
 use crate::params::PredictionParams;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch};
@@ -25,6 +26,9 @@ struct Work {
     largest: Vec<f32>,
     angle: Vec<f32>,
 }
+
+heap!(Work { q, largest, angle });
+heap!(Facilitation { weights, scratch });
 
 impl Facilitation {
     pub fn new(params: &PredictionParams, threads: usize) -> Self {
@@ -136,7 +140,7 @@ impl Facilitation {
     /// Q of a whole frame.
     pub fn map(&self, kept: &[Plane; DIRECTIONS], fresh: &[u8], memorizer: &Memorizer) -> Array3<f32> {
         let size = kept[0].size();
-        let bands = Bands::new(1);
+        let bands = Bands::single();
         let mut map = Array3::zeros((DIRECTIONS, size.height, size.width));
         let mut q = vec![0.0; DIRECTIONS * TILE_AREA];
         for (tile, fresh) in fresh.iter().enumerate() {

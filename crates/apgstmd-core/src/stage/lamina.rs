@@ -7,6 +7,7 @@
 use crate::filter::gamma::{Gamma, Response};
 use crate::filter::temporal::TemporalFilter;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::{LaminaParams, TemporalEngine};
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
@@ -18,6 +19,8 @@ pub(crate) struct Lamina {
     first: bool,
     filter: TemporalFilter<1>,
 }
+
+heap!(Lamina { before, change, filter });
 
 impl Lamina {
     pub fn new(size: Size, params: &LaminaParams, engine: TemporalEngine) -> Self {

@@ -8,6 +8,7 @@ use crate::filter::low_pass::LowPass;
 use crate::filter::opponent::Opponent;
 use crate::filter::patch::{Border, Patch, STRIP, strips};
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::LaminaInhibitionParams;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
@@ -24,6 +25,8 @@ pub(crate) struct LaminaInhibition {
     pub l1: Plane,
     scratch: Scratch<(Patch, [Patch; 2])>,
 }
+
+heap!(LaminaInhibition { along, lateral, center, surround, excitation, inhibition, l1, scratch });
 
 impl LaminaInhibition {
     pub fn new(size: Size, params: &LaminaInhibitionParams, threads: usize) -> Self {

@@ -4,6 +4,8 @@
 //! g = G(sigma_2) - e G(sigma_3) - rho is computed as B g + (A - B) [g]+: two separable Gaussians and a small core.
 //! About 100 operations a pixel and direction; where D is zero, none.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use ndarray::Array3;
 
 use crate::DIRECTIONS;
@@ -12,12 +14,14 @@ use crate::filter::kernel::normal;
 use crate::filter::opponent::Opponent;
 use crate::filter::patch::Patch;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::LobulaParams;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
 use crate::row::convolve::{Lateral, horizontal, inhibit};
 use crate::row::mix::{correlate, inhibit_directions};
 use crate::stage::medulla::Medulla;
+use crate::tiles::TILE;
 
 /// Products below this are zero: 15 x 15 of them under the lateral kernel stay far below the response floor.
 const CORRELATION_FLOOR: f32 = 1e-24;
@@ -33,6 +37,8 @@ pub(crate) struct Lobula {
     pub e: [Plane; DIRECTIONS],
     /// max over directions of E.
     pub strongest: Plane,
+    /// Pixels inhibited in the last frame, times directions.
+    inhibited: AtomicUsize,
     scratch: Scratch<Work>,
 }
 
@@ -41,6 +47,9 @@ struct Work {
     smooth: [Patch; 2],
     s: [Patch; DIRECTIONS],
 }
+
+heap!(Work { d, smooth, s });
+heap!(Lobula { along, lateral, e, strongest, scratch });
 
 impl Lobula {
     pub fn new(size: Size, params: &LobulaParams, threads: usize) -> Self {
@@ -59,6 +68,7 @@ impl Lobula {
             floor: params.response_floor as f32,
             e: std::array::from_fn(|_| Plane::new(size)),
             strongest: Plane::new(size),
+            inhibited: AtomicUsize::new(0),
             scratch: Scratch::new(threads, || {
                 let patch = || Patch::with_capacity(BAND_ROWS + 2 * radius, STRIP + 2 * radius);
                 Work { d: patch(), smooth: [0, 1].map(|_| patch()), s: std::array::from_fn(|_| patch()) }
@@ -69,7 +79,9 @@ impl Lobula {
     pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: &Medulla) {
         let (size, stride) = (l.size(), l.stride());
         let radius = self.along.len() - 1;
-        let Self { e, strongest, scratch, upstream, along, lateral, between, floor } = self;
+        let Self { e, strongest, inhibited, scratch, upstream, along, lateral, between, floor } = self;
+        *inhibited.get_mut() = 0;
+        let inhibited = &*inhibited;
         let level = bands.level();
         let out = (
             e.each_mut().map(|plane| Rows { data: plane.data_mut(), stride }),
@@ -100,11 +112,12 @@ impl Lobula {
                             );
                             any = out.iter().fold(any, |any, value| any | value.to_bits());
                         }
-                        if any == 0 {
+                        if any == 0 && !bands.dense() {
                             s.data.fill(0.0);
                             continue;
                         }
                         active = true;
+                        inhibited.fetch_add(range.len() * columns, Ordering::Relaxed);
                         for patch in &mut *smooth {
                             patch.shape(rows, columns);
                         }
@@ -135,6 +148,11 @@ impl Lobula {
         });
     }
 
+    /// Tiles inhibited in the last frame, times directions.
+    pub fn tiles(&self) -> usize {
+        self.inhibited.load(Ordering::Relaxed).div_ceil(TILE * TILE)
+    }
+
     pub fn reset(&mut self) {
         self.e.iter_mut().chain([&mut self.strongest]).for_each(|plane| plane.fill(0.0));
     }
@@ -146,7 +164,7 @@ impl Lobula {
         for ((k, y, _), _) in d.clone().indexed_iter().filter(|((_, _, x), _)| *x == 0) {
             let mut row = d.slice_mut(ndarray::s![k, y, ..]);
             let out = row.as_slice_mut().expect("rows are contiguous");
-            product(&Bands::new(1), l, medulla, self.upstream[k], (y as isize, 0), 0.0, out);
+            product(&Bands::single(), l, medulla, self.upstream[k], (y as isize, 0), 0.0, out);
         }
         d
     }

@@ -5,6 +5,7 @@
 use crate::filter::gamma::{Gamma, Response};
 use crate::filter::temporal::TemporalFilter;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::{MedullaParams, TemporalEngine};
 use crate::plane::Plane;
 use crate::row::bands::Bands;
@@ -17,6 +18,8 @@ pub(crate) struct Medulla {
     on: TemporalFilter<1>,
     off: TemporalFilter<2>,
 }
+
+heap!(Medulla { mi1, tm1_4, tm1_5, on, off });
 
 impl Medulla {
     pub fn new(size: Size, params: &MedullaParams, engine: TemporalEngine) -> Self {

@@ -5,6 +5,7 @@
 
 use crate::DIRECTIONS;
 use crate::frame::Size;
+use crate::memory::{Heap, Memory, heap};
 use crate::tiles::{Area, Grid, TILE};
 
 /// Values of one tile of one map.
@@ -20,9 +21,21 @@ pub(crate) struct Gains {
     block: Vec<u32>,
     /// Bit k: direction k is not zero everywhere in this tile.
     pub mask: Vec<u8>,
-    pub data: Vec<f32>,
+    data: Vec<f32>,
     /// Largest M.
     pub peak: f32,
+    /// Most blocks ever in use: the others were never written to.
+    touched: usize,
+}
+
+heap!(Memorizer { ring });
+
+impl Heap for Gains {
+    fn heap(&self) -> Memory {
+        let bytes = |floats: usize| floats * size_of::<f32>();
+        let data = Memory { bound: bytes(self.data.capacity()), resident: bytes(self.touched * BLOCK) };
+        self.block.heap() + self.mask.heap() + data
+    }
 }
 
 /// One tile that has predictions.
@@ -41,13 +54,19 @@ impl<'a> Block<'a> {
 
 impl Gains {
     fn new(tiles: usize) -> Self {
-        Self { block: vec![ABSENT; tiles], mask: vec![0; tiles], data: vec![0.0; tiles * BLOCK], peak: 0.0 }
+        Self { block: vec![ABSENT; tiles], mask: vec![0; tiles], data: vec![0.0; tiles * BLOCK], peak: 0.0, touched: 0 }
     }
 
     pub fn clear(&mut self) {
         self.block.fill(ABSENT);
         self.mask.fill(0);
         self.peak = 0.0;
+    }
+
+    /// The first `count` blocks, to be written.
+    pub fn blocks(&mut self, count: usize) -> &mut [f32] {
+        self.touched = self.touched.max(count);
+        &mut self.data[..count * BLOCK]
     }
 
     /// Names the block that holds a tile.

@@ -12,6 +12,7 @@ use crate::DIRECTIONS;
 use crate::direction::angle;
 use crate::filter::kernel::bessel_i0;
 use crate::filter::patch::Patch;
+use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch, Slice};
@@ -29,6 +30,7 @@ pub(crate) struct Prediction {
     /// Directions of E' that are not zero, by tile.
     pub fresh: Vec<u8>,
     jobs: Vec<Job>,
+    computed: usize,
     /// Largest M of the last frame.
     peak: f32,
     scratch: Scratch<Work>,
@@ -84,6 +86,10 @@ fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
     values
 }
 
+heap!(Job);
+heap!(Work { patch, spans });
+heap!(Prediction { kernels, fresh, jobs, scratch });
+
 impl Prediction {
     pub fn new(params: &Params, grid: &Grid, threads: usize) -> Self {
         let prediction = &params.prediction;
@@ -100,6 +106,7 @@ impl Prediction {
             kernels,
             fresh: vec![0; grid.count()],
             jobs: Vec::with_capacity(grid.count()),
+            computed: 0,
             peak: 0.0,
             scratch: Scratch::new(threads, || {
                 let side = TILE + 2 * radius;
@@ -126,14 +133,16 @@ impl Prediction {
         for tile in 0..grid.count() {
             let around = grid.around(tile, self.radius);
             let mask = around.fold(0, |mask, near| mask | self.fresh[near] | past.mask[near]);
+            let mask = if bands.dense() { u8::MAX } else { mask };
             if mask != 0 {
                 self.jobs.push(Job { tile, mask, peak: 0.0 });
             }
         }
+        self.computed = self.jobs.iter().map(|job| job.mask.count_ones() as usize).sum();
         let floor = self.floor.max(NEGLIGIBLE * self.peak);
         let source = Source { level: bands.level(), kept, past, grid: &grid, floor };
         let mut jobs = std::mem::take(&mut self.jobs);
-        let blocks = Rows { data: &mut present.data[..jobs.len() * BLOCK], stride: BLOCK };
+        let blocks = Rows { data: present.blocks(jobs.len()), stride: BLOCK };
         bands.each((Slice(&mut jobs), blocks), |(jobs, mut blocks)| {
             for (index, job) in jobs.0.iter_mut().enumerate() {
                 self.scratch.with(bands, |work| self.predict(&source, job, blocks.row(index), work));
@@ -147,12 +156,13 @@ impl Prediction {
         self.jobs = jobs;
     }
 
-    /// Tiles computed in the last frame.
+    /// Tiles computed in the last frame, times directions.
     pub fn tiles(&self) -> usize {
-        self.jobs.len()
+        self.computed
     }
 
     pub fn reset(&mut self) {
+        self.computed = 0;
         self.peak = 0.0;
         self.fresh.fill(0);
     }

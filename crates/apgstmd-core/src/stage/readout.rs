@@ -8,6 +8,7 @@ use crate::detection::{Detection, Response};
 use crate::direction::of_vector_sum;
 use crate::filter::peaks::Peak;
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::mix::summarise;
@@ -18,6 +19,8 @@ pub(crate) struct Readout {
     /// One row of each map, with its padding.
     scratch: Scratch<[Vec<f32>; 2]>,
 }
+
+heap!(Readout { scratch });
 
 impl Readout {
     pub fn new(size: Size, threads: usize) -> Self {

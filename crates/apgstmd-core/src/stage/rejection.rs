@@ -6,6 +6,7 @@
 
 use crate::filter::peaks::{Peak, find, most};
 use crate::frame::Size;
+use crate::memory::heap;
 use crate::params::{Params, RejectionMode};
 use crate::plane::Plane;
 use crate::stage::background::Background;
@@ -39,6 +40,8 @@ struct Least {
     distance: f64,
     straightness: f64,
 }
+
+heap!(const N => Rejection<N> { background, contrast, peaks, traces, confirmed, kept });
 
 impl<const N: usize> Rejection<N> {
     pub fn new(size: Size, params: &Params) -> Self {

@@ -5,6 +5,7 @@
 
 use crate::filter::kernel::{gaussian_half, sum_of_half};
 use crate::filter::patch::{Border, Patch, STRIP, strips};
+use crate::memory::heap;
 use crate::params::RetinaParams;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
@@ -14,6 +15,8 @@ pub(crate) struct Retina {
     taps: Vec<[f32; 1]>,
     scratch: Scratch<[Patch; 2]>,
 }
+
+heap!(Retina { taps, scratch });
 
 impl Retina {
     pub fn new(params: &RetinaParams, threads: usize) -> Self {

@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use crate::filter::peaks::Peak;
+use crate::memory::{Heap, Memory, heap, owned};
 use crate::stage::contrast::ORIENTATIONS;
 
 /// What is remembered of a trace at a frame.
@@ -44,6 +45,15 @@ pub(crate) struct Traces {
     /// Peak of each living trace in this frame.
     found: Vec<Option<usize>>,
     next_id: u64,
+}
+
+heap!(Pair, Option<usize>);
+heap!(Traces { living, spare, pairs, owner, found });
+
+impl Heap for Trace {
+    fn heap(&self) -> Memory {
+        owned(self.points.capacity() * size_of::<Point>())
+    }
 }
 
 impl Traces {
