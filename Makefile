@@ -11,7 +11,7 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint wheel venv bench compare docs clean
+.PHONY: help demo test lint wheel venv bench compare scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
@@ -55,6 +55,9 @@ compare: wheel ## the same clip through apgstmd, NumPy + OpenCV, and OpenCV's ba
 	@$(COMPARE) -m pytest --quiet --config-file=/dev/null --rootdir=benches/compare -p no:cacheprovider benches/compare
 	@echo "== timing"
 	@$(COMPARE) benches/compare/compare.py $(COMPARE_FLAGS)
+
+scaling: ## how time grows with threads, pixels, active tiles, instruction sets; CSV and SVG in target/scaling/
+	@$(CARGO) run --release --quiet --package apgstmd-cli -- bench --scaling target/scaling $(SCALING_FLAGS)
 
 docs: ## API documentation of the Rust crates in target/doc
 	@RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude apgstmd-py

@@ -1,10 +1,14 @@
 //! The command line as typed. What the flags mean together is decided in [`crate::settings`].
 
+mod bench;
+
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use apgstmd_core::SimdLevel;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use bench::BenchArgs;
 
 /// Finds tiny, low-contrast moving targets in video: the apg-STMD model of the insect visual system.
 #[derive(Debug, Parser)]
@@ -33,7 +37,8 @@ Examples:
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
-  apgstmd eval found scene --html report.html      detections judged against the truth";
+  apgstmd eval found scene --html report.html      detections judged against the truth
+  apgstmd bench --size 1920x1080                   how fast this machine is, stage by stage";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -60,6 +65,8 @@ pub enum Command {
     Synth(SynthArgs),
     /// Judge detections against ground truth.
     Eval(EvalArgs),
+    /// Measure speed, latency and memory on this machine.
+    Bench(Box<BenchArgs>),
 }
 
 /// A ready-made parameter set.

@@ -66,6 +66,7 @@ fn execute(arguments: Arguments) -> Outcome {
         Command::Params(args) => commands::params::main(&args),
         Command::Synth(args) => commands::synth::main(args),
         Command::Eval(args) => commands::eval::main(&args),
+        Command::Bench(args) => commands::bench::main(*args),
     }
 }
 

@@ -1,7 +1,6 @@
 //! `apgstmd demo`: a made-up scene, detected frame by frame as it is drawn, and judged against its truth.
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::Path;
 
 use apgstmd_core::evaluation::{Scored, TruthBox};
@@ -9,6 +8,7 @@ use apgstmd_core::stimulus::{Renderer, Scene, Truth};
 use apgstmd_core::{Machine, Params, Preset};
 
 use super::pipeline::{Options, Report, drive};
+use super::print;
 use super::verdict::{Verdict, speed_of_targets};
 use crate::Outcome;
 use crate::args::{DemoArgs, OnError};
@@ -145,16 +145,12 @@ fn write_record(
 }
 
 fn show(text: &str, folder: &Path) -> Outcome {
-    let mut stdout = io::stdout().lock();
     let place = |name: &str| folder.join(name).display().to_string();
-    write!(
-        stdout,
+    print(&format!(
         "{text}\nannotated frames  {}\ndetections        {}\nsummary           {}, {}\n",
         place(results::STRIP),
         place(results::CSV),
         place(results::SUMMARY),
         place(results::RUN),
-    )
-    .and_then(|()| stdout.flush())
-    .map_err(|error| Failure::write(Path::new("stdout"), error))
+    ))
 }

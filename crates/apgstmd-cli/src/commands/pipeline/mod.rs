@@ -172,7 +172,7 @@ fn nothing_usable(skipped: &[Skipped]) -> Failure {
 }
 
 /// Hidden when `quiet`; drawn on stderr otherwise.
-pub(super) fn progress_bar(expected: Option<usize>, quiet: bool) -> ProgressBar {
+pub(in crate::commands) fn progress_bar(expected: Option<usize>, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
