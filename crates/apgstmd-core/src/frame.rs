@@ -144,7 +144,8 @@ impl<'a> Frame<'a> {
         });
         // Grey and colour alike: no mixture of samples within full scale exceeds it.
         let over = |sample: T| <T as Into<f64>>::into(sample) > self.full_scale;
-        match view.indexed_iter().find(|(_, sample)| over(**sample)) {
+        let wrong = any(view, over).then(|| view.indexed_iter().find(|(_, sample)| over(**sample))).flatten();
+        match wrong {
             Some(((y, x, _), value)) => {
                 Err(FrameError::AboveFullScale { x, y, value: (*value).into(), full_scale: self.full_scale })
             }
@@ -159,8 +160,9 @@ fn write_floats<T: Copy + Into<f64>>(view: ArrayView3<'_, T>, into: &mut Plane) 
         (-SLACK..=1.0 + SLACK).contains(&sample)
     };
     let colours = view.dim().2.min(3);
-    if let Some(((y, x, _), value)) =
-        view.indexed_iter().find(|((_, _, channel), sample)| *channel < colours && !usable(**sample))
+    if any(view, |sample| !usable(sample))
+        && let Some(((y, x, _), value)) =
+            view.indexed_iter().find(|((_, _, channel), sample)| *channel < colours && !usable(**sample))
     {
         let value: f64 = (*value).into();
         return Err(if value.is_finite() {
@@ -171,6 +173,14 @@ fn write_floats<T: Copy + Into<f64>>(view: ArrayView3<'_, T>, into: &mut Plane) 
     }
     write_luminance(view, into, |sample: T| <T as Into<f64>>::into(sample) as f32);
     Ok(())
+}
+
+/// Whether any sample, of alpha as well, is `bad`: without stopping at it, which is faster where none is.
+fn any<T: Copy>(view: ArrayView3<'_, T>, bad: impl Fn(T) -> bool) -> bool {
+    match view.as_slice() {
+        Some(samples) => samples.iter().fold(false, |any, sample| any | bad(*sample)),
+        None => view.iter().any(|sample| bad(*sample)),
+    }
 }
 
 fn write_luminance<T: Copy>(view: ArrayView3<'_, T>, into: &mut Plane, unit: impl Fn(T) -> f32) {

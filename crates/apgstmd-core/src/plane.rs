@@ -1,5 +1,7 @@
 //! Storage of maps: rows of f32, padded to whole SIMD blocks. The only index arithmetic of the crate.
 
+use std::ops::{Deref, DerefMut};
+
 use ndarray::{ArrayView2, ArrayView3, ShapeBuilder};
 
 use crate::frame::Size;
@@ -13,18 +15,57 @@ pub(crate) const fn padded(width: usize) -> usize {
     width.next_multiple_of(LANES)
 }
 
+/// Floats that begin on a cache line, with a vector of slack before and behind them: whole vectors may be read from
+/// any place inside.
+#[derive(Clone, Debug)]
+pub(crate) struct Buffer {
+    data: Vec<f32>,
+    start: usize,
+    len: usize,
+}
+
+heap!(Buffer { data });
+
+impl Buffer {
+    pub fn zeros(len: usize) -> Self {
+        let data = vec![0.0f32; len + 3 * LANES];
+        // Whole vectors, should the address not tell.
+        let start = LANES + data[LANES..].as_ptr().align_offset(LANES * size_of::<f32>()).min(LANES);
+        Self { data, start, len }
+    }
+
+    /// `len` floats from `at` on, which may lie up to a vector outside.
+    pub fn around(&self, at: isize, len: usize) -> &[f32] {
+        let first = self.start.checked_add_signed(at).expect("at most a vector before the first");
+        &self.data[first..first + len]
+    }
+}
+
+impl Deref for Buffer {
+    type Target = [f32];
+    fn deref(&self) -> &[f32] {
+        &self.data[self.start..self.start + self.len]
+    }
+}
+
+impl DerefMut for Buffer {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        &mut self.data[self.start..self.start + self.len]
+    }
+}
+
 /// One map, `size.height` rows of `size.width` values. The padding behind each row holds anything finite.
 #[derive(Clone, Debug)]
 pub(crate) struct Plane {
     size: Size,
-    data: Vec<f32>,
+    data: Buffer,
 }
 
 heap!(Plane { data });
 
 impl Plane {
     pub fn new(size: Size) -> Self {
-        Self { size, data: vec![0.0; size.height * padded(size.width)] }
+        Self { size, data: Buffer::zeros(size.height * padded(size.width)) }
     }
 
     pub fn size(&self) -> Size {
@@ -50,6 +91,27 @@ impl Plane {
         &self.data[start..start + self.stride()]
     }
 
+    /// `len` values of row `y` from column `x` on. Up to a vector may lie left of the row, or right of its padding:
+    /// what stands there is anything finite.
+    pub fn around(&self, y: usize, x: isize, len: usize) -> &[f32] {
+        self.data.around((y * self.stride()) as isize + x, len)
+    }
+
+    /// Copies row `y` from column `x` on, zero outside the picture.
+    pub fn copy_row(&self, y: isize, x: isize, out: &mut [f32]) {
+        let Size { height, width } = self.size;
+        let first = (-x).clamp(0, out.len() as isize) as usize;
+        let last = (width as isize - x).clamp(first as isize, out.len() as isize) as usize;
+        if !(0..height as isize).contains(&y) {
+            out.fill(0.0);
+            return;
+        }
+        out[..first].fill(0.0);
+        let from = (x + first as isize) as usize;
+        out[first..last].copy_from_slice(&self.row(y as usize)[from.min(width)..from.min(width) + last - first]);
+        out[last..].fill(0.0);
+    }
+
     /// All rows with their padding, for row bands.
     pub fn data_mut(&mut self) -> &mut [f32] {
         &mut self.data
@@ -61,7 +123,7 @@ impl Plane {
 
     pub fn view(&self) -> ArrayView2<'_, f32> {
         let shape = (self.size.height, self.size.width).strides((self.stride(), 1));
-        ArrayView2::from_shape(shape, &self.data).expect("rows lie inside the plane")
+        ArrayView2::from_shape(shape, &self.data[..]).expect("rows lie inside the plane")
     }
 
     /// As one map of a stack.

@@ -4,14 +4,14 @@
 
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::plane::{Plane, padded};
+use crate::plane::{Buffer, Plane, padded};
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
 
 pub(crate) struct LowPass {
     height: usize,
     taps: CascadeTaps<1>,
-    state: Vec<f32>,
+    state: Buffer,
 }
 
 heap!(LowPass { taps, state });
@@ -22,7 +22,7 @@ impl LowPass {
         // From the pole as rounded, so that the sum of the taps is one however near the pole comes to it.
         let direct = 1.0 - pole;
         let taps = CascadeTaps { pole, direct: [direct], feeds: vec![1.0], weights: vec![[direct * pole]] };
-        Self { height: size.height, taps, state: vec![0.0; size.height * padded(size.width)] }
+        Self { height: size.height, taps, state: Buffer::zeros(size.height * padded(size.width)) }
     }
 
     /// Takes the next frame; with `add` the output is added to what `out` holds.

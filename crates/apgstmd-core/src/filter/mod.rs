@@ -7,4 +7,5 @@ pub(crate) mod opponent;
 pub(crate) mod patch;
 pub(crate) mod peaks;
 pub(crate) mod ring;
+pub(crate) mod rolling;
 pub(crate) mod temporal;

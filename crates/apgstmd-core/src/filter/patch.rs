@@ -1,7 +1,7 @@
 //! A rectangle of a map with its halo, copied out: the one place where borders are decided.
 
 use crate::memory::heap;
-use crate::plane::{LANES, Plane};
+use crate::plane::{Buffer, LANES, Plane};
 
 /// What stands outside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,8 @@ pub(crate) enum Border {
 
 /// Scratch for a rectangle, rows padded so that kernels may write and read whole vectors.
 pub(crate) struct Patch {
-    pub data: Vec<f32>,
+    buffer: Buffer,
+    rows: usize,
     pub stride: usize,
 }
 
@@ -23,31 +24,42 @@ pub(crate) const fn patch_stride(columns: usize) -> usize {
     columns.next_multiple_of(LANES) + LANES
 }
 
-heap!(Patch { data });
+heap!(Patch { buffer });
 
 impl Patch {
     /// Space for patches up to this size.
     pub fn with_capacity(rows: usize, columns: usize) -> Self {
-        Self { data: Vec::with_capacity(rows * patch_stride(columns)), stride: 0 }
+        Self { buffer: Buffer::zeros(rows * patch_stride(columns)), rows: 0, stride: 0 }
     }
 
     /// Takes a size; what it holds is to be overwritten.
     pub fn shape(&mut self, rows: usize, columns: usize) {
         self.stride = patch_stride(columns);
-        self.data.resize(rows * self.stride, 0.0);
+        self.rows = rows;
+        if self.buffer.len() < rows * self.stride {
+            self.buffer = Buffer::zeros(rows * self.stride);
+        }
+    }
+
+    pub fn data(&self) -> &[f32] {
+        &self.buffer[..self.rows * self.stride]
+    }
+
+    pub fn data_mut(&mut self) -> &mut [f32] {
+        &mut self.buffer[..self.rows * self.stride]
     }
 
     pub fn row(&self, y: usize) -> &[f32] {
-        &self.data[y * self.stride..(y + 1) * self.stride]
+        &self.buffer[y * self.stride..(y + 1) * self.stride]
     }
 
     pub fn row_mut(&mut self, y: usize) -> &mut [f32] {
-        &mut self.data[y * self.stride..(y + 1) * self.stride]
+        &mut self.buffer[y * self.stride..(y + 1) * self.stride]
     }
 
     /// Row `y` and all below it.
     pub fn below(&self, y: usize) -> &[f32] {
-        &self.data[y * self.stride..]
+        &self.data()[y * self.stride..]
     }
 
     /// Copies `rows` x `columns` pixels of `plane` whose first is (top, left), which may lie outside.

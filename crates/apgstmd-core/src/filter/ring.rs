@@ -6,7 +6,7 @@ use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::plane::padded;
+use crate::plane::{Buffer, padded};
 use crate::row::bands::Rows;
 
 /// Ring buffer of frames, newest first. Frames before the first are zero.
@@ -14,7 +14,7 @@ pub(crate) struct FrameRing {
     capacity: usize,
     stride: usize,
     /// Row by row, and in a row slot by slot, so that a band of rows is one piece.
-    data: Vec<f32>,
+    data: Buffer,
     /// Slot of the newest frame.
     newest: usize,
 }
@@ -24,7 +24,7 @@ heap!(FrameRing { data });
 impl FrameRing {
     pub fn new(size: Size, capacity: usize) -> Self {
         let stride = padded(size.width);
-        Self { capacity, stride, data: vec![0.0; size.height * capacity * stride], newest: 0 }
+        Self { capacity, stride, data: Buffer::zeros(size.height * capacity * stride), newest: 0 }
     }
 
     /// Makes the oldest slot the newest; its content is then to be written.

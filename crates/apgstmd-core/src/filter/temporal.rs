@@ -8,7 +8,7 @@ use super::ring::{FrameRing, weighted_sum};
 use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
 use crate::params::TemporalEngine;
-use crate::plane::{Plane, padded};
+use crate::plane::{Buffer, Plane, padded};
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
 
@@ -20,7 +20,7 @@ pub(crate) struct TemporalFilter<const K: usize> {
 
 enum Engine<const K: usize> {
     /// One cascade a pole, each with its states row by row.
-    Cascade(Vec<(CascadeTaps<K>, Vec<f32>)>),
+    Cascade(Vec<(CascadeTaps<K>, Buffer)>),
     Fir {
         ring: FrameRing,
         taps: [Vec<f32>; K],
@@ -47,7 +47,7 @@ impl<const K: usize> TemporalFilter<K> {
                 cascades(sums, response)
                     .into_iter()
                     .map(|taps| {
-                        let states = vec![0.0; size.height * taps.weights.len() * stride];
+                        let states = Buffer::zeros(size.height * taps.weights.len() * stride);
                         (taps, states)
                     })
                     .collect(),

@@ -83,9 +83,9 @@ impl Wiring for ApgStmd {
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);
-        prediction.process(bands, kept, memorizer);
+        prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
         clock.lap_tiles(Part::Prediction, prediction.tiles());
-        facilitation.process(bands, kept, &prediction.fresh, memorizer, response);
+        facilitation.process(bands, kept, &prediction.source.fresh, memorizer, response);
         clock.count_tiles(memorizer.grid.count());
         readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
         clock.lap(Part::Facilitation);
@@ -117,7 +117,7 @@ impl Wiring for ApgStmd {
                 }
                 maps
             }
-            Stage::Q => self.facilitation.map(kept(), &self.prediction.fresh, &self.memorizer),
+            Stage::Q => self.facilitation.map(kept(), &self.prediction.source.fresh, &self.memorizer),
             _ => return None,
         })
     }

@@ -105,7 +105,12 @@ impl Bands {
 
     /// Calls `work(rows, outputs of these rows)` for bands that cover `0..height`.
     pub fn over<T: Split>(&self, height: usize, outputs: T, work: impl Fn(Range<usize>, T) + Sync) {
-        let count = height.div_ceil(BAND_ROWS).next_multiple_of(self.threads.min(height.div_ceil(8))).max(1);
+        self.over_long(height, BAND_ROWS, outputs, work);
+    }
+
+    /// As [`Bands::over`] for bands of about `most` rows.
+    pub fn over_long<T: Split>(&self, height: usize, most: usize, outputs: T, work: impl Fn(Range<usize>, T) + Sync) {
+        let count = height.div_ceil(most).next_multiple_of(self.threads.min(height.div_ceil(8))).max(1);
         let rows = height.div_ceil(count);
         self.halve(0..height, rows, outputs, &work);
     }

@@ -4,40 +4,42 @@ use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::convolve::{load, store};
+use super::load_store::{load, store};
 use crate::DIRECTIONS;
 use crate::plane::LANES;
 
-/// The lobula's product: `out = max(l, 0) (tm1_4 + mi1_up) tm1_5_up`, zero where it is below `floor`.
-/// No fused multiply-add, so that the last columns of a row, which are no whole vector, get the same bits.
+/// The lobula's product: `out = max(l, 0) (tm1_4 + mi1_up) tm1_5_up`, zero where it is below `floor`. Returns whether
+/// anything is not zero.
 pub(crate) fn correlate(
     level: Level,
-    l: &[f32],
-    tm1_4: &[f32],
-    mi1_up: &[f32],
-    tm1_5_up: &[f32],
+    [l, tm1_4]: [&[f32]; 2],
+    [mi1_up, tm1_5_up]: [&[f32]; 2],
     floor: f32,
     out: &mut [f32],
-) {
-    dispatch!(level, simd => correlate_in(simd, l, tm1_4, mi1_up, tm1_5_up, floor, out));
+) -> bool {
+    dispatch!(level, simd => correlate_in(simd, [l, tm1_4, mi1_up, tm1_5_up], floor, out))
 }
 
 #[inline(always)]
-fn correlate_in<S: Simd>(
-    _: S,
-    l: &[f32],
-    tm1_4: &[f32],
-    mi1_up: &[f32],
-    tm1_5_up: &[f32],
-    floor: f32,
-    out: &mut [f32],
-) {
+#[allow(unsafe_code)]
+fn correlate_in<S: Simd>(simd: S, sources: [&[f32]; 4], floor: f32, out: &mut [f32]) -> bool {
     let width = out.len();
-    let (l, tm1_4, mi1_up, tm1_5_up) = (&l[..width], &tm1_4[..width], &mi1_up[..width], &tm1_5_up[..width]);
-    for x in 0..width {
-        let product = l[x].max(0.0) * (tm1_4[x] + mi1_up[x]) * tm1_5_up[x];
-        out[x] = if product < floor { 0.0 } else { product };
+    assert!(width.is_multiple_of(LANES) && sources.iter().all(|row| row.len() == width));
+    let zero = S::f32s::splat(simd, 0.0);
+    let floor = S::f32s::splat(simd, floor);
+    let mut any = zero;
+    for x in (0..width).step_by(S::f32s::LEN) {
+        // SAFETY: x + LEN <= width, the length of every row.
+        unsafe {
+            let [l, tm1_4, mi1_up, tm1_5_up] = sources;
+            let sum = load(simd, tm1_4, x) + load(simd, mi1_up, x);
+            let product = load(simd, l, x).max(zero) * sum * load(simd, tm1_5_up, x);
+            let value = product.simd_lt(floor).select(zero, product);
+            any = any.max(value);
+            store::<S>(value, out, x);
+        }
     }
+    any.simd_gt(zero).any_true()
 }
 
 /// Inhibition between directions: `out[k] = max(sum over m of weights[|k - m|] s[m], 0)`, the distance taken around the
@@ -107,18 +109,47 @@ fn blend_in<S: Simd>(_: S, a: f32, x: &[f32], b: f32, y: &[f32], out: &mut [f32]
     }
 }
 
-/// `out += a x`. No fused multiply-add: one pixel alone gives the same bits as a row.
-pub(crate) fn add_scaled(level: Level, a: f32, x: &[f32], out: &mut [f32]) {
-    dispatch!(level, simd => add_scaled_in(simd, a, x, out));
+/// `out += sum of a x` over the terms (a, x), in their order. No fused multiply-add: one pixel alone gives the same bits
+/// as a row.
+pub(crate) fn add_scaled(level: Level, terms: &[(f32, &[f32])], out: &mut [f32]) {
+    dispatch!(level, simd => add_scaled_in(simd, terms, out));
 }
 
 #[inline(always)]
-fn add_scaled_in<S: Simd>(_: S, a: f32, x: &[f32], out: &mut [f32]) {
+#[allow(unsafe_code)]
+fn add_scaled_in<S: Simd>(simd: S, terms: &[(f32, &[f32])], out: &mut [f32]) {
     let width = out.len();
-    let x = &x[..width];
-    for i in 0..width {
-        out[i] += a * x[i];
+    assert!(width.is_multiple_of(LANES) && terms.iter().all(|(_, x)| x.len() == width));
+    for at in (0..width).step_by(S::f32s::LEN) {
+        // SAFETY: at + LEN <= width, the length of every row.
+        unsafe {
+            let mut sum = load(simd, out, at);
+            for (a, x) in terms {
+                sum = sum + load(simd, x, at) * *a;
+            }
+            store::<S>(sum, out, at);
+        }
     }
+}
+
+/// Makes of `f` zero what is below `floor`, adds it to `m`, and returns the largest of it.
+pub(crate) fn accumulate(level: Level, floor: f32, f: &mut [f32], m: &mut [f32]) -> f32 {
+    dispatch!(level, simd => accumulate_in(simd, floor, f, m))
+}
+
+#[inline(always)]
+fn accumulate_in<S: Simd>(simd: S, floor: f32, f: &mut [f32], m: &mut [f32]) -> f32 {
+    assert!(f.len().is_multiple_of(LANES) && f.len() == m.len());
+    let (zero, floor) = (S::f32s::splat(simd, 0.0), S::f32s::splat(simd, floor));
+    let mut most = zero;
+    for (f, m) in f.chunks_exact_mut(S::f32s::LEN).zip(m.chunks_exact_mut(S::f32s::LEN)) {
+        let value = S::f32s::from_slice(simd, f);
+        let value = value.simd_lt(floor).select(zero, value);
+        value.store_slice(f);
+        (S::f32s::from_slice(simd, m) + value).store_slice(m);
+        most = most.max(value);
+    }
+    most.as_slice().iter().copied().fold(0.0, f32::max)
 }
 
 /// What a frame shows at each pixel of a row, from Q over directions: the largest value, and the angle of the vector sum

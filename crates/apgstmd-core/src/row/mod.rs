@@ -2,8 +2,11 @@
 
 pub(crate) mod bands;
 pub(crate) mod convolve;
+pub(crate) mod lateral;
+mod load_store;
 pub(crate) mod machine;
 pub(crate) mod mix;
 pub(crate) mod opponent;
 pub(crate) mod recurse;
+pub(crate) mod tile;
 pub(crate) mod workers;

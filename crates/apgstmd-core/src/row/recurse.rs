@@ -2,7 +2,7 @@
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::convolve::{load, store};
+use super::load_store::{load, store};
 use crate::memory::heap;
 use crate::plane::LANES;
 

@@ -179,7 +179,7 @@ impl Attention {
                     if *support == Support::Full {
                         // The kernels sum to zero: what the tile has in common only costs precision.
                         let common = patch.row(reach)[reach];
-                        patch.data.iter_mut().for_each(|value| *value -= common);
+                        patch.data_mut().iter_mut().for_each(|value| *value -= common);
                     }
                     strongest_speckle(bands, scales, reach, (area.rows, area.columns), patch, sums, best);
                     for y in 0..area.rows {
@@ -240,7 +240,7 @@ fn strongest_speckle(
     best: &mut Patch,
 ) {
     best.shape(rows, columns);
-    best.data.fill(f32::NEG_INFINITY);
+    best.data_mut().fill(f32::NEG_INFINITY);
     let width = crate::plane::padded(columns);
     for scale in scales {
         let radius = scale.taps.len() - 1;

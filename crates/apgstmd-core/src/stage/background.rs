@@ -19,16 +19,19 @@ const LEAST_SCALE: f32 = 1e-6;
 const SETTLED: f64 = 1e-3;
 
 pub(crate) struct Background {
+    size: Size,
     margin: usize,
     step: usize,
-    last: Plane,
+    /// Luminance of the last frame at the samples, and its gradient.
+    last: Vec<f32>,
+    gradient: [Vec<f32>; 2],
     first: bool,
     shift: (f64, f64),
     residuals: Vec<f32>,
-    sorted: Vec<f32>,
+    median: Median,
 }
 
-heap!(Background { last, residuals, sorted });
+heap!(Background { last, gradient, residuals, median });
 
 impl Background {
     pub fn new(size: Size) -> Self {
@@ -37,23 +40,24 @@ impl Background {
         let area = (size.height - 2 * margin) * (size.width - 2 * margin);
         let step = ((area as f64 / MOST_SAMPLES as f64).sqrt().ceil() as usize).max(1);
         let samples = (size.height - 2 * margin).div_ceil(step) * (size.width - 2 * margin).div_ceil(step);
+        let sampled = || Vec::with_capacity(samples);
         Self {
+            size,
             margin,
             step,
-            last: Plane::new(size),
+            last: sampled(),
+            gradient: [sampled(), sampled()],
             first: true,
             shift: (0.0, 0.0),
-            residuals: Vec::with_capacity(samples),
-            sorted: Vec::with_capacity(samples),
+            residuals: sampled(),
+            median: Median::new(samples),
         }
     }
 
     /// The shift from the last frame to this one.
     pub fn process(&mut self, p: &Plane) -> (f64, f64) {
         self.shift = if std::mem::replace(&mut self.first, false) { (0.0, 0.0) } else { self.estimate(p) };
-        for y in 0..p.size().height {
-            self.last.row_mut(y).copy_from_slice(p.row(y));
-        }
+        self.remember(p);
         self.shift
     }
 
@@ -65,9 +69,7 @@ impl Background {
     fn estimate(&mut self, p: &Plane) -> (f64, f64) {
         self.compare(p, (0.0, 0.0));
         let still = self.scale();
-        let cost =
-            |residuals: &[f32]| -> f64 { residuals.iter().map(|r| f64::from((r / still) * (r / still)).ln_1p()).sum() };
-        let without = cost(&self.residuals);
+        let without = cost(&self.residuals, still);
         let mut shift = self.shift;
         for _ in 0..ITERATIONS {
             self.compare(p, shift);
@@ -83,68 +85,119 @@ impl Background {
             }
         }
         self.compare(p, shift);
-        if cost(&self.residuals) <= without { shift } else { (0.0, 0.0) }
+        if cost(&self.residuals, still) <= without { shift } else { (0.0, 0.0) }
     }
 
-    fn columns(&self) -> impl Iterator<Item = usize> + use<> {
-        (self.margin..self.last.size().width - self.margin).step_by(self.step)
+    fn columns(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        (self.margin..self.size.width - self.margin).step_by(self.step)
     }
 
-    fn rows(&self) -> impl Iterator<Item = usize> + use<> {
-        (self.margin..self.last.size().height - self.margin).step_by(self.step)
+    fn rows(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        (self.margin..self.size.height - self.margin).step_by(self.step)
+    }
+
+    /// Keeps what the next frame is compared with.
+    fn remember(&mut self, p: &Plane) {
+        let (rows, columns) = (self.rows(), self.columns());
+        let Self { last, gradient: [gx, gy], .. } = self;
+        [&mut *last, &mut *gx, &mut *gy].into_iter().for_each(Vec::clear);
+        for y in rows {
+            let (above, here, below) = (p.row(y - 1), p.row(y), p.row(y + 1));
+            for x in columns.clone() {
+                last.push(here[x]);
+                gx.push(0.5 * (here[x + 1] - here[x - 1]));
+                gy.push(0.5 * (below[x] - above[x]));
+            }
+        }
     }
 
     /// Residuals P_t(x + shift) - P_{t-1}(x).
     fn compare(&mut self, p: &Plane, (shift_x, shift_y): (f64, f64)) {
         let (whole_x, whole_y) = (shift_x.floor(), shift_y.floor());
         let (fx, fy) = ((shift_x - whole_x) as f32, (shift_y - whole_y) as f32);
-        let height = p.size().height;
+        let Size { height, width } = self.size;
+        let (rows, columns) = (self.rows(), self.columns());
+        let mut last = self.last.iter();
         self.residuals.clear();
-        for y in self.rows() {
+        for y in rows {
             let top = (y as isize + whole_y as isize) as usize;
             let (above, below) = (p.row(top), p.row((top + 1).min(height - 1)));
-            let last = self.last.row(y);
-            for x in self.columns() {
+            for (x, last) in columns.clone().zip(&mut last) {
                 let left = (x as isize + whole_x as isize) as usize;
-                let right = (left + 1).min(above.len() - 1);
+                let right = (left + 1).min(width - 1);
                 let upper = above[left] + fx * (above[right] - above[left]);
                 let lower = below[left] + fx * (below[right] - below[left]);
-                self.residuals.push(upper + fy * (lower - upper) - last[x]);
+                self.residuals.push(upper + fy * (lower - upper) - last);
             }
         }
     }
 
     /// 1.5 times the median absolute residual.
     fn scale(&mut self) -> f32 {
-        self.sorted.clear();
-        self.sorted.extend(self.residuals.iter().map(|r| r.abs()));
-        let middle = self.sorted.len() / 2;
-        (1.5 * *self.sorted.select_nth_unstable_by(middle, f32::total_cmp).1).max(LEAST_SCALE)
+        (1.5 * self.median.of_absolute(&self.residuals)).max(LEAST_SCALE)
     }
 
     /// The Gauss-Newton step, with the gradient of the last frame; none where there is no structure.
     fn step(&self, scale: f32) -> Option<(f64, f64)> {
-        let (mut xx, mut xy, mut yy, mut bx, mut by, mut weights) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let mut residuals = self.residuals.iter();
-        for y in self.rows() {
-            let (above, here, below) = (self.last.row(y - 1), self.last.row(y), self.last.row(y + 1));
-            for x in self.columns() {
-                let r = *residuals.next()?;
-                let gx = f64::from(0.5 * (here[x + 1] - here[x - 1]));
-                let gy = f64::from(0.5 * (below[x] - above[x]));
+        const LANES: usize = 8;
+        // Several sums side by side: a single one would wait for each addition.
+        let mut sums = [[0.0f64; LANES]; 6];
+        let [gx, gy] = &self.gradient;
+        for ((r, gx), gy) in self.residuals.chunks(LANES).zip(gx.chunks(LANES)).zip(gy.chunks(LANES)) {
+            for (lane, ((&r, &gx), &gy)) in r.iter().zip(gx).zip(gy).enumerate() {
                 let weight = f64::from(1.0 / (1.0 + (r / scale) * (r / scale)));
-                let r = f64::from(r);
-                xx += weight * gx * gx;
-                xy += weight * gx * gy;
-                yy += weight * gy * gy;
-                bx += weight * gx * r;
-                by += weight * gy * r;
-                weights += weight;
+                let (r, gx, gy) = (f64::from(r), f64::from(gx), f64::from(gy));
+                let terms = [gx * gx, gx * gy, gy * gy, gx * r, gy * r, 1.0];
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    sum[lane] += weight * term;
+                }
             }
         }
+        let [xx, xy, yy, bx, by, weights] = sums.map(|lanes| lanes.iter().sum::<f64>());
         let weakest = (0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()) / weights;
         let determinant = xx * yy - xy * xy;
         (weakest >= STRUCTURE).then(|| ((yy * bx - xy * by) / determinant, (xx * by - xy * bx) / determinant))
+    }
+}
+
+/// Sum of ln(1 + (r / scale)^2): what the Cauchy weights minimise.
+fn cost(residuals: &[f32], scale: f32) -> f64 {
+    // Logarithms of products: a factor is at most 1e12, for residuals up to 1 and the least scale.
+    const FACTORS: usize = 16;
+    let factor = |r: &f32| 1.0 + f64::from((r / scale) * (r / scale));
+    residuals.chunks(FACTORS).map(|residuals| residuals.iter().map(factor).product::<f64>().ln()).sum()
+}
+
+/// Median by counting: the bits of positive floats are in the order of the floats.
+struct Median {
+    counts: Vec<u32>,
+    /// The values that share the median's first bits.
+    near: Vec<f32>,
+}
+
+heap!(Median { counts, near });
+
+impl Median {
+    /// Sign, exponent and three bits of the fraction.
+    const BITS: u32 = 12;
+
+    fn new(most: usize) -> Self {
+        Self { counts: vec![0; 1 << Self::BITS], near: Vec::with_capacity(most) }
+    }
+
+    /// The upper median of |values|, which are not empty.
+    fn of_absolute(&mut self, values: &[f32]) -> f32 {
+        let bin = |value: f32| (value.abs().to_bits() >> (32 - Self::BITS)) as usize;
+        self.counts.fill(0);
+        values.iter().for_each(|value| self.counts[bin(*value)] += 1);
+        let (mut before, mut middle) = (0, 0);
+        while before + self.counts[middle] as usize <= values.len() / 2 {
+            before += self.counts[middle] as usize;
+            middle += 1;
+        }
+        self.near.clear();
+        self.near.extend(values.iter().filter(|value| bin(**value) == middle).map(|value| value.abs()));
+        *self.near.select_nth_unstable_by(values.len() / 2 - before, f32::total_cmp).1
     }
 }
 
@@ -178,6 +231,23 @@ mod tests {
             // Bilinear interpolation of waves of 9 px and more.
             assert!((found.0 - dx).abs() < 0.02 && (found.1 - dy).abs() < 0.02, "{found:?} {dx} {dy}");
         }
+    }
+
+    #[test]
+    fn the_median_is_the_middle_one() {
+        let mut seed = 3u32;
+        for count in [1, 2, 7, 100, 1001] {
+            let values: Vec<f32> = (0..count)
+                .map(|_| {
+                    seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (seed as f32 / u32::MAX as f32 - 0.4).powi(3)
+                })
+                .collect();
+            let mut sorted: Vec<f32> = values.iter().map(|value| value.abs()).collect();
+            sorted.sort_unstable_by(f32::total_cmp);
+            assert_eq!(Median::new(count).of_absolute(&values), sorted[count / 2]);
+        }
+        assert_eq!(Median::new(3).of_absolute(&[0.0; 3]), 0.0);
     }
 
     #[test]

@@ -4,20 +4,19 @@
 //! delay of OFF. W has the form of the lobula's W_s and its parameters. Nothing lies outside the picture.
 
 use crate::filter::gamma::{Gamma, Response};
-use crate::filter::patch::{Border, Patch, STRIP, strips};
+use crate::filter::rolling::{ROLLING_ROWS, Rolling, STRIP};
 use crate::filter::temporal::TemporalFilter;
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::params::{LobulaParams, Params};
+use crate::params::Params;
 use crate::plane::{Plane, padded};
-use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
-use crate::row::convolve::{Lateral, horizontal, inhibit};
+use crate::row::bands::{Bands, Rows, Scratch};
+use crate::row::lateral::{Lateral, gather};
 use crate::row::opponent::multiply;
 use crate::row::recurse::Prepare;
 use crate::stage::lobula::lateral;
 
 pub(crate) struct Estmd {
-    along: Vec<[f32; 2]>,
     lateral: Lateral,
     floor: f32,
     pub on: Plane,
@@ -25,30 +24,24 @@ pub(crate) struct Estmd {
     pub off_delayed: Plane,
     pub y: Plane,
     delay: TemporalFilter<1>,
-    scratch: Scratch<(Patch, [Patch; 2])>,
+    scratch: Scratch<Rolling>,
 }
 
-heap!(Estmd { along, lateral, on, off, off_delayed, y, delay, scratch });
+heap!(Estmd { lateral, on, off, off_delayed, y, delay, scratch });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
-        let LobulaParams { radius, response_floor, .. } = params.lobula;
-        let radius = radius as usize;
-        let (along, lateral) = lateral(&params.lobula);
+        let lateral = lateral(&params.lobula);
         let delay = [vec![(1.0, Gamma { order: params.estmd.off_order, tau: params.estmd.off_tau })]];
         Self {
-            along,
-            lateral,
-            floor: response_floor as f32,
+            floor: params.lobula.response_floor as f32,
             on: Plane::new(size),
             off: Plane::new(size),
             off_delayed: Plane::new(size),
             y: Plane::new(size),
             delay: TemporalFilter::new(size, params.engine.temporal, Prepare::Keep, &delay, Response::Impulse),
-            scratch: Scratch::new(threads, || {
-                let patch = || Patch::with_capacity(BAND_ROWS + 2 * radius, STRIP + 2 * radius);
-                (patch(), [patch(), patch()])
-            }),
+            scratch: Scratch::new(threads, || Rolling::new(&lateral)),
+            lateral,
         }
     }
 
@@ -67,35 +60,27 @@ impl Estmd {
     /// ON and OFF.
     fn divide(&mut self, bands: &Bands, l1: &Plane) {
         let (size, stride, level) = (l1.size(), l1.stride(), bands.level());
-        let radius = self.along.len() - 1;
-        let Self { along, lateral, on, off, scratch, .. } = self;
+        let Self { lateral, on, off, scratch, .. } = self;
         let out = [on, off].map(|plane| Rows { data: plane.data_mut(), stride });
-        bands.over(size.height, out, |range, out| {
-            scratch.with(bands, |(patch, smooth)| {
+        bands.over_long(size.height, ROLLING_ROWS, out, |range, out| {
+            scratch.with(bands, |rolling| {
                 for (mut out, sign) in out.into_iter().zip([Prepare::Positive, Prepare::Negative]) {
-                    for (left, columns) in strips(size.width) {
-                        let (rows, width) = (range.len() + 2 * radius, padded(columns));
-                        let (top, halo_left) =
-                            (range.start as isize - radius as isize, left as isize - radius as isize);
-                        patch.gather(l1, top, halo_left, rows, columns + 2 * radius, Border::Zero);
-                        patch.data.iter_mut().for_each(|value| *value = sign.apply(*value));
-                        if patch.data.iter().all(|value| *value == 0.0) {
-                            (0..range.len()).for_each(|y| out.row(y)[left..left + width].fill(0.0));
-                            continue;
-                        }
-                        for smooth in &mut *smooth {
-                            smooth.shape(rows, columns);
-                        }
-                        let [near, far] = &mut *smooth;
-                        for y in 0..rows {
-                            let out = [near.row_mut(y), far.row_mut(y)].map(|row| &mut row[..width]);
-                            horizontal(level, patch.row(y), along, out);
-                        }
-                        for y in 0..range.len() {
-                            let dense = patch.below(y + radius - lateral.reach);
-                            let strides = [near.stride, patch.stride];
-                            let out = &mut out.row(y)[left..left + width];
-                            inhibit(level, [near.below(y), far.below(y)], dense, strides, lateral, out);
+                    for left in (0..size.width).step_by(STRIP) {
+                        let columns = STRIP.min(size.width - left);
+                        let halo_left = left as isize - rolling.halo() as isize;
+                        rolling.begin(columns, range.start);
+                        for (row, y) in range.clone().enumerate() {
+                            let any = rolling.reach(level, lateral, y, |y, out| {
+                                l1.copy_row(y, halo_left, out);
+                                out.iter_mut().for_each(|value| *value = sign.apply(*value));
+                                out.iter().any(|value| *value != 0.0)
+                            });
+                            let out = &mut out.row(row)[left..left + padded(columns)];
+                            if any || bands.dense() {
+                                gather(level, rolling.rows(y), lateral, out);
+                            } else {
+                                out.fill(0.0);
+                            }
                         }
                     }
                 }

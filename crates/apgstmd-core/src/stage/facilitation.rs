@@ -15,6 +15,9 @@ use crate::row::mix::{add_scaled, summarise};
 use crate::stage::memorizer::{Memorizer, TILE_AREA};
 use crate::tiles::{Area, TILE};
 
+/// Frames added in one pass.
+const TOGETHER: usize = 8;
+
 pub(crate) struct Facilitation {
     /// beta exp(kappa (k - dt)) for k = 0..=dt.
     weights: Vec<f32>,
@@ -108,15 +111,22 @@ impl Facilitation {
                 q[..columns].copy_from_slice(&plane.row(top + y)[left..left + columns]);
             }
         }
-        for (k, weight) in self.weights.iter().enumerate() {
-            let gains = memorizer.ago(k);
-            if let Some(block) = gains.tile(tile) {
-                for (direction, q) in q.chunks_exact_mut(TILE_AREA).enumerate() {
-                    if gains.mask[tile] >> direction & 1 == 1 {
-                        add_scaled(bands.level(), *weight, block.f(direction), q);
-                    }
+        for (direction, q) in q.chunks_exact_mut(TILE_AREA).enumerate() {
+            let (mut terms, mut count) = ([(0.0, &[][..]); TOGETHER], 0);
+            for (k, weight) in self.weights.iter().enumerate() {
+                let gains = memorizer.ago(k);
+                if gains.mask[tile] >> direction & 1 == 1
+                    && let Some(block) = gains.tile(tile)
+                {
+                    terms[count] = (*weight, block.f(direction));
+                    count += 1;
+                }
+                if count == TOGETHER {
+                    add_scaled(bands.level(), &terms, q);
+                    count = 0;
                 }
             }
+            add_scaled(bands.level(), &terms[..count], q);
         }
         true
     }

@@ -6,31 +6,32 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ndarray::Array3;
+use fearless_simd::Level;
+use ndarray::{Array3, ArrayView1};
 
 use crate::DIRECTIONS;
 use crate::direction::upstream;
 use crate::filter::kernel::normal;
 use crate::filter::opponent::Opponent;
 use crate::filter::patch::Patch;
+use crate::filter::rolling::{ROLLING_ROWS, Rolling, STRIP};
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::LobulaParams;
-use crate::plane::{Plane, padded};
-use crate::row::bands::{BAND_ROWS, Bands, Rows, Scratch};
-use crate::row::convolve::{Lateral, horizontal, inhibit};
+use crate::plane::{LANES, Plane, padded};
+use crate::row::bands::{Bands, Rows, Scratch};
+use crate::row::lateral::{Lateral, gather};
 use crate::row::mix::{correlate, inhibit_directions};
 use crate::stage::medulla::Medulla;
 use crate::tiles::TILE;
 
 /// Products below this are zero: 15 x 15 of them under the lateral kernel stay far below the response floor.
 const CORRELATION_FLOOR: f32 = 1e-24;
-/// Columns worked on at a time: 8 directions of a band stay in the second-level cache.
-const STRIP: usize = 128;
+/// Rows of one direction computed in a go, before the next direction's.
+const GROUP: usize = 16;
 
 pub(crate) struct Lobula {
     upstream: [(isize, isize); DIRECTIONS],
-    along: Vec<[f32; 2]>,
     lateral: Lateral,
     between: [f32; DIRECTIONS / 2 + 1],
     floor: f32,
@@ -43,18 +44,16 @@ pub(crate) struct Lobula {
 }
 
 struct Work {
-    d: Patch,
-    smooth: [Patch; 2],
+    d: [Rolling; DIRECTIONS],
     s: [Patch; DIRECTIONS],
 }
 
-heap!(Work { d, smooth, s });
-heap!(Lobula { along, lateral, e, strongest, scratch });
+heap!(Work { d, s });
+heap!(Lobula { lateral, e, strongest, scratch });
 
 impl Lobula {
     pub fn new(size: Size, params: &LobulaParams, threads: usize) -> Self {
-        let radius = params.radius as usize;
-        let (along, lateral) = lateral(params);
+        let lateral = lateral(params);
         // At even distances around the circle both ways are the same direction: d = 4 counts once.
         let between = std::array::from_fn(|d| {
             let d = d as f64;
@@ -62,88 +61,69 @@ impl Lobula {
         });
         Self {
             upstream: std::array::from_fn(|k| upstream(k, params.spacing)),
-            along,
-            lateral,
             between,
             floor: params.response_floor as f32,
             e: std::array::from_fn(|_| Plane::new(size)),
             strongest: Plane::new(size),
             inhibited: AtomicUsize::new(0),
-            scratch: Scratch::new(threads, || {
-                let patch = || Patch::with_capacity(BAND_ROWS + 2 * radius, STRIP + 2 * radius);
-                Work { d: patch(), smooth: [0, 1].map(|_| patch()), s: std::array::from_fn(|_| patch()) }
+            scratch: Scratch::new(threads, || Work {
+                d: std::array::from_fn(|_| Rolling::new(&lateral)),
+                s: std::array::from_fn(|_| Patch::with_capacity(GROUP, STRIP)),
             }),
+            lateral,
         }
     }
 
     pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: &Medulla) {
-        let (size, stride) = (l.size(), l.stride());
-        let radius = self.along.len() - 1;
-        let Self { e, strongest, inhibited, scratch, upstream, along, lateral, between, floor } = self;
+        let (size, stride, level) = (l.size(), l.stride(), bands.level());
+        let Self { e, strongest, inhibited, scratch, upstream, lateral, between, floor } = self;
         *inhibited.get_mut() = 0;
         let inhibited = &*inhibited;
-        let level = bands.level();
         let out = (
             e.each_mut().map(|plane| Rows { data: plane.data_mut(), stride }),
             Rows { data: strongest.data_mut(), stride },
         );
-        bands.over(size.height, out, |range, (mut e, mut strongest)| {
-            scratch.with(bands, |Work { d, smooth, s }| {
+        bands.over_long(size.height, ROLLING_ROWS, out, |range, (mut e, mut strongest)| {
+            scratch.with(bands, |Work { d, s }| {
+                let mut computed = 0;
                 for left in (0..size.width).step_by(STRIP) {
                     let columns = STRIP.min(size.width - left);
                     let width = padded(columns);
-                    let rows = range.len() + 2 * radius;
-                    let (top, halo_left) = (range.start as isize - radius as isize, left as isize - radius as isize);
-                    let mut active = false;
-                    for (s, upstream) in s.iter_mut().zip(&*upstream) {
-                        s.shape(range.len(), columns);
-                        d.shape(rows, columns + 2 * radius);
-                        let mut any = 0;
-                        for y in 0..rows {
-                            let out = &mut d.row_mut(y)[..columns + 2 * radius];
-                            product(
-                                bands,
-                                l,
-                                medulla,
-                                *upstream,
-                                (top + y as isize, halo_left),
-                                CORRELATION_FLOOR,
-                                out,
-                            );
-                            any = out.iter().fold(any, |any, value| any | value.to_bits());
+                    d.iter_mut().for_each(|d| d.begin(columns, range.start));
+                    s.iter_mut().for_each(|s| s.shape(GROUP, columns));
+                    for top in range.clone().step_by(GROUP) {
+                        let rows = top..(top + GROUP).min(range.end);
+                        let mut active = [false; GROUP];
+                        for ((d, s), upstream) in d.iter_mut().zip(&mut *s).zip(&*upstream) {
+                            let halo_left = left as isize - d.halo() as isize;
+                            for (y, active) in rows.clone().zip(&mut active) {
+                                let any = d.reach(level, lateral, y, |y, out| {
+                                    product(level, l, medulla, *upstream, (y, halo_left), CORRELATION_FLOOR, out)
+                                });
+                                let s = &mut s.row_mut(y - top)[..width];
+                                if any || bands.dense() {
+                                    gather(level, d.rows(y), lateral, s);
+                                    *active = true;
+                                    computed += columns;
+                                } else {
+                                    s.fill(0.0);
+                                }
+                            }
                         }
-                        if any == 0 && !bands.dense() {
-                            s.data.fill(0.0);
-                            continue;
-                        }
-                        active = true;
-                        inhibited.fetch_add(range.len() * columns, Ordering::Relaxed);
-                        for patch in &mut *smooth {
-                            patch.shape(rows, columns);
-                        }
-                        let [center, surround] = smooth;
-                        for y in 0..rows {
-                            let out = [&mut center.row_mut(y)[..width], &mut surround.row_mut(y)[..width]];
-                            horizontal(level, d.row(y), along, out);
-                        }
-                        for y in 0..range.len() {
-                            let smooth = [center.below(y), surround.below(y)];
-                            let dense = d.below(y + radius - lateral.reach);
-                            let strides = [center.stride, d.stride];
-                            inhibit(level, smooth, dense, strides, lateral, &mut s.row_mut(y)[..width]);
-                        }
-                    }
-                    for y in 0..range.len() {
-                        let strongest = &mut strongest.row(y)[left..left + width];
-                        let e = e.each_mut().map(|rows| &mut rows.row(y)[left..left + width]);
-                        if active {
-                            let s = s.each_ref().map(|s| &s.row(y)[..width]);
-                            inhibit_directions(level, s, between, *floor, e, strongest);
-                        } else {
-                            e.into_iter().chain([strongest]).for_each(|row| row.fill(0.0));
+                        for (y, active) in rows.zip(active) {
+                            let row = y - range.start;
+                            let strongest = &mut strongest.row(row)[left..left + width];
+                            let e = e.each_mut().map(|rows| &mut rows.row(row)[left..left + width]);
+                            if active {
+                                let s = s.each_ref().map(|s| &s.row(y - top)[..width]);
+                                inhibit_directions(level, s, between, *floor, e, strongest);
+                            } else {
+                                e.into_iter().chain([strongest]).for_each(|row| row.fill(0.0));
+                            }
                         }
                     }
                 }
+                inhibited.fetch_add(computed, Ordering::Relaxed);
             });
         });
     }
@@ -160,18 +140,18 @@ impl Lobula {
     /// D of the last frame.
     pub fn correlation(&self, l: &Plane, medulla: &Medulla) -> Array3<f32> {
         let Size { height, width } = l.size();
+        let (bands, mut out) = (Bands::single(), vec![0.0; padded(width)]);
         let mut d = Array3::zeros((DIRECTIONS, height, width));
         for ((k, y, _), _) in d.clone().indexed_iter().filter(|((_, _, x), _)| *x == 0) {
-            let mut row = d.slice_mut(ndarray::s![k, y, ..]);
-            let out = row.as_slice_mut().expect("rows are contiguous");
-            product(&Bands::single(), l, medulla, self.upstream[k], (y as isize, 0), 0.0, out);
+            product(bands.level(), l, medulla, self.upstream[k], (y as isize, 0), 0.0, &mut out);
+            d.slice_mut(ndarray::s![k, y, ..]).assign(&ArrayView1::from(&out[..width]));
         }
         d
     }
 }
 
-/// W_s as two separable Gaussians and a core: taps along rows, and the rest.
-pub(crate) fn lateral(params: &LobulaParams) -> (Vec<[f32; 2]>, Lateral) {
+/// W_s as two separable Gaussians and a core.
+pub(crate) fn lateral(params: &LobulaParams) -> Lateral {
     let g = Opponent {
         center_sigma: params.center_sigma,
         surround_sigma: params.surround_sigma,
@@ -182,36 +162,33 @@ pub(crate) fn lateral(params: &LobulaParams) -> (Vec<[f32; 2]>, Lateral) {
     g.parts(params.inhibition, params.excitation - params.inhibition)
 }
 
-/// One row of D, from pixel (y, x) on; zero where the pixel or the one upstream lies outside the picture.
+/// One row of D, from pixel (y, x) on; zero where the pixel or the one upstream lies outside the picture. `x` and the
+/// length of `out` are whole vectors. Returns whether anything may not be zero.
 fn product(
-    bands: &Bands,
+    level: Level,
     l: &Plane,
     medulla: &Medulla,
     (dx, dy): (isize, isize),
     (y, x): (isize, isize),
     floor: f32,
     out: &mut [f32],
-) {
+) -> bool {
     let (height, width) = (l.size().height as isize, l.size().width as isize);
     let first = 0.max(-dx).max(x);
     let last = width.min(width - dx).min(x + out.len() as isize);
     if !(0..height).contains(&y) || !(0..height).contains(&(y + dy)) || first >= last {
         out.fill(0.0);
-        return;
+        return false;
     }
-    let here = first as usize..last as usize;
-    let there = (first + dx) as usize..(last + dx) as usize;
-    let inside = (first - x) as usize..(last - x) as usize;
-    out[..inside.start].fill(0.0);
-    out[inside.end..].fill(0.0);
+    // Whole vectors around them; what lies outside is put right afterwards.
+    let lanes = LANES as isize;
+    let (from, to) = (first - (first - x) % lanes, last + (x - last).rem_euclid(lanes));
+    let length = (to - from) as usize;
     let (row, up) = (y as usize, (y + dy) as usize);
-    correlate(
-        bands.level(),
-        &l.row(row)[here.clone()],
-        &medulla.tm1_4.row(row)[here],
-        &medulla.mi1.row(up)[there.clone()],
-        &medulla.tm1_5.row(up)[there],
-        floor,
-        &mut out[inside],
-    );
+    let here = [l, &medulla.tm1_4].map(|plane| plane.around(row, from, length));
+    let there = [&medulla.mi1, &medulla.tm1_5].map(|plane| plane.around(up, from + dx, length));
+    let any = correlate(level, here, there, floor, &mut out[(from - x) as usize..(to - x) as usize]);
+    out[..(first - x) as usize].fill(0.0);
+    out[(last - x) as usize..].fill(0.0);
+    any
 }

@@ -6,6 +6,7 @@
 use crate::DIRECTIONS;
 use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
+use crate::plane::Buffer;
 use crate::tiles::{Area, Grid, TILE};
 
 /// Values of one tile of one map.
@@ -21,7 +22,7 @@ pub(crate) struct Gains {
     block: Vec<u32>,
     /// Bit k: direction k is not zero everywhere in this tile.
     pub mask: Vec<u8>,
-    data: Vec<f32>,
+    data: Buffer,
     /// Largest M.
     pub peak: f32,
     /// Most blocks ever in use: the others were never written to.
@@ -33,7 +34,7 @@ heap!(Memorizer { ring });
 impl Heap for Gains {
     fn heap(&self) -> Memory {
         let bytes = |floats: usize| floats * size_of::<f32>();
-        let data = Memory { bound: bytes(self.data.capacity()), resident: bytes(self.touched * BLOCK) };
+        let data = Memory { bound: self.data.heap().bound, resident: bytes(self.touched * BLOCK) };
         self.block.heap() + self.mask.heap() + data
     }
 }
@@ -54,7 +55,13 @@ impl<'a> Block<'a> {
 
 impl Gains {
     fn new(tiles: usize) -> Self {
-        Self { block: vec![ABSENT; tiles], mask: vec![0; tiles], data: vec![0.0; tiles * BLOCK], peak: 0.0, touched: 0 }
+        Self {
+            block: vec![ABSENT; tiles],
+            mask: vec![0; tiles],
+            data: Buffer::zeros(tiles * BLOCK),
+            peak: 0.0,
+            touched: 0,
+        }
     }
 
     pub fn clear(&mut self) {

@@ -15,4 +15,5 @@ pub(crate) mod prediction;
 pub(crate) mod readout;
 pub(crate) mod rejection;
 pub(crate) mod retina;
+pub(crate) mod source;
 pub(crate) mod traces;

@@ -1,67 +1,59 @@
 //! Prediction: F(t) = (mu E'(t) + (1 - mu) F(t - dt)) * W_p, M = sum over directions of F.
 //!
 //! Input: E' and the memorizer's F(t - dt). Output: F and M into the memorizer. No state of its own. W_p is a ring of
-//! radius v_opt dt, denser along the direction. Only tiles within the kernel's reach of something are computed, and in
-//! them only rows of the source that are not zero.
+//! radius v_opt dt, denser along the direction. Only tiles are computed in which something can come to more than the
+//! floor, and for them only the rows and columns of the source that are not zero.
 
 use std::ops::Range;
-
-use fearless_simd::Level;
 
 use crate::DIRECTIONS;
 use crate::direction::angle;
 use crate::filter::kernel::bessel_i0;
-use crate::filter::patch::Patch;
 use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch, Slice};
-use crate::row::convolve::correlate_tile;
-use crate::stage::memorizer::{BLOCK, Gains, Memorizer, TILE_AREA};
+use crate::row::mix::accumulate;
+use crate::row::tile::{ROWS, TileKernel, correlate_tile};
+use crate::stage::memorizer::{BLOCK, Memorizer, TILE_AREA};
+use crate::stage::source::Source;
 use crate::tiles::{Grid, TILE};
 
 pub(crate) struct Prediction {
     enabled: bool,
-    mu: f32,
     floor: f32,
     radius: usize,
-    /// W_p of each direction, turned by half a circle: what is correlated with it is convolved with W_p.
-    kernels: [Vec<f32>; DIRECTIONS],
-    /// Directions of E' that are not zero, by tile.
-    pub fresh: Vec<u8>,
+    kernels: [TileKernel; DIRECTIONS],
+    /// The largest taps that lead from a quarter of a tile to half a tile, by [`Prediction::places`].
+    most: Vec<[f32; DIRECTIONS]>,
+    /// The largest tap.
+    peak_tap: f32,
+    pub source: Source,
     jobs: Vec<Job>,
     computed: usize,
     /// Largest M of the last frame.
     peak: f32,
-    scratch: Scratch<Work>,
-}
-
-/// What all tiles of a frame read.
-struct Source<'a> {
-    level: Level,
-    kept: &'a [Plane; DIRECTIONS],
-    past: &'a Gains,
-    grid: &'a Grid,
-    floor: f32,
-}
-
-struct Work {
-    patch: Patch,
-    /// Columns of each row of the patch outside which it is zero.
-    spans: Vec<Range<usize>>,
+    scratch: Scratch<Vec<Range<usize>>>,
 }
 
 /// Gains below this share of the largest M are zero. They could neither open a region of attention nor be seen in Q, but
-/// would spread over the whole picture, frame by frame.
-const NEGLIGIBLE: f32 = 1e-7;
+/// would spread over the whole picture, frame by frame. What a frame loses is passed on with weight 1 - mu only, so a
+/// gain is short of the truth by 1 / mu times the floor at most.
+const NEGLIGIBLE: f32 = 1e-5;
 
+/// A tile to be computed.
 #[derive(Clone, Copy)]
 struct Job {
     tile: usize,
-    /// Directions that something reaches; after the work, those that are not zero.
+    /// Directions that something reaches, in the upper and the lower half.
+    halves: [u8; 2],
+    /// After the work, the directions that are not zero.
     mask: u8,
     peak: f32,
 }
+
+heap!(Job);
+heap!(Prediction { kernels, most, source, jobs, scratch });
 
 /// W_p for a direction, (2 radius + 1) squared row by row, unit sum.
 fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
@@ -86,67 +78,56 @@ fn kernel(params: &Params, radius: usize, theta: f64) -> Vec<f64> {
     values
 }
 
-heap!(Job);
-heap!(Work { patch, spans });
-heap!(Prediction { kernels, fresh, jobs, scratch });
-
 impl Prediction {
     pub fn new(params: &Params, grid: &Grid, threads: usize) -> Self {
         let prediction = &params.prediction;
         let reach = prediction.v_opt * f64::from(prediction.horizon);
         let radius = (reach + 3.0 * prediction.ring_width).ceil() as usize;
-        let kernels =
+        // Turned by half a circle: what is correlated with it is convolved with W_p.
+        let taps: [Vec<f32>; DIRECTIONS] =
             std::array::from_fn(|k| kernel(params, radius, angle(k)).into_iter().rev().map(|tap| tap as f32).collect());
         Self {
             enabled: prediction.enabled,
-            mu: prediction.mu as f32,
             // Four orders below the response floor: what it removes could not open a region of attention.
             floor: (params.lobula.response_floor * 1e-4).max(1e-30) as f32,
             radius,
-            kernels,
-            fresh: vec![0; grid.count()],
+            kernels: taps.each_ref().map(|taps| TileKernel::new(taps)),
+            most: places(radius).map(|place| taps.each_ref().map(|taps| largest_tap(taps, radius, place))).collect(),
+            peak_tap: taps.iter().flatten().copied().fold(0.0, f32::max),
+            source: Source::new(grid, prediction.mu as f32, radius),
             jobs: Vec::with_capacity(grid.count()),
             computed: 0,
             peak: 0.0,
-            scratch: Scratch::new(threads, || {
-                let side = TILE + 2 * radius;
-                Work { patch: Patch::with_capacity(side, side), spans: Vec::with_capacity(side) }
-            }),
+            scratch: Scratch::new(threads, || vec![0..0; TILE + 2 * radius]),
         }
     }
 
-    /// Writes F and M of this frame into the memorizer; `kept` is E'.
-    pub fn process(&mut self, bands: &Bands, kept: &[Plane; DIRECTIONS], memorizer: &mut Memorizer) {
+    /// Writes F and M of this frame into the memorizer; `kept` is E', which is zero but for the tiles `near`.
+    pub fn process(&mut self, bands: &Bands, kept: &[Plane; DIRECTIONS], near: &[bool], memorizer: &mut Memorizer) {
         let grid = memorizer.grid;
         let (past, present) = memorizer.oldest_and_present();
-        let size = kept[0].size();
-        let fresh = crate::tiles::PerTile { values: &mut self.fresh, across: grid.across };
-        bands.over_tiles(size.height, fresh, |range, fresh| {
-            for (column, mask) in fresh.values.iter_mut().enumerate() {
-                *mask = directions_present(kept, &grid, grid.holding(column * TILE, range.start));
-            }
-        });
+        self.source.gather(bands, kept, near, self.enabled.then_some(past));
         if !self.enabled {
             return;
         }
+        let floor = self.negligible();
         self.jobs.clear();
         for tile in 0..grid.count() {
-            let around = grid.around(tile, self.radius);
-            let mask = around.fold(0, |mask, near| mask | self.fresh[near] | past.mask[near]);
-            let mask = if bands.dense() { u8::MAX } else { mask };
-            if mask != 0 {
-                self.jobs.push(Job { tile, mask, peak: 0.0 });
+            let halves = if bands.dense() { [u8::MAX; 2] } else { self.reached(&grid, tile, floor) };
+            if halves != [0; 2] {
+                self.jobs.push(Job { tile, halves, mask: 0, peak: 0.0 });
             }
         }
-        self.computed = self.jobs.iter().map(|job| job.mask.count_ones() as usize).sum();
-        let floor = self.floor.max(NEGLIGIBLE * self.peak);
-        let source = Source { level: bands.level(), kept, past, grid: &grid, floor };
+        let halves = self.jobs.iter().flat_map(|job| job.halves);
+        self.computed = halves.map(|mask| mask.count_ones() as usize).sum::<usize>().div_ceil(2);
         let mut jobs = std::mem::take(&mut self.jobs);
         let blocks = Rows { data: present.blocks(jobs.len()), stride: BLOCK };
         bands.each((Slice(&mut jobs), blocks), |(jobs, mut blocks)| {
-            for (index, job) in jobs.0.iter_mut().enumerate() {
-                self.scratch.with(bands, |work| self.predict(&source, job, blocks.row(index), work));
-            }
+            self.scratch.with(bands, |spans| {
+                for (index, job) in jobs.0.iter_mut().enumerate() {
+                    self.predict(bands, &grid, floor, job, blocks.row(index), spans);
+                }
+            });
         });
         for (block, job) in jobs.iter().enumerate() {
             present.set(job.tile, block, job.mask);
@@ -164,97 +145,84 @@ impl Prediction {
     pub fn reset(&mut self) {
         self.computed = 0;
         self.peak = 0.0;
-        self.fresh.fill(0);
+        self.source.reset();
+    }
+
+    /// Gains below this are zero. The largest M of this frame is not known yet: it is taken for that of the last one,
+    /// or for what the densest tile of the source comes to at the largest tap, should everything have vanished.
+    fn negligible(&self) -> f32 {
+        let left = self.source.largest_sum() * self.peak_tap;
+        self.floor.max(NEGLIGIBLE * self.peak.min(left))
+    }
+
+    /// Directions in which some gain may come to `floor`, for both halves of a tile.
+    fn reached(&self, grid: &Grid, tile: usize, floor: f32) -> [u8; 2] {
+        if !self.source.anything_around(tile) {
+            return [0; 2];
+        }
+        let (row, column) = (2 * (tile / grid.across) as isize, 2 * (tile % grid.across) as isize);
+        [row, row + 1].map(|row| {
+            let mut bounds = [0.0; DIRECTIONS];
+            for ((down, right), most) in places(self.radius).zip(&self.most) {
+                if let Some(sums) = self.source.quarter(row + down, column + right) {
+                    for ((bound, sum), most) in bounds.iter_mut().zip(sums).zip(most) {
+                        *bound += sum * most;
+                    }
+                }
+            }
+            // Sums of some thousand positive terms are exact to a part in a thousand.
+            (0..DIRECTIONS).filter(|k| bounds[*k] > 0.0 && bounds[*k] * 1.001 >= floor).fold(0, |mask, k| mask | 1 << k)
+        })
     }
 
     /// F and M of one tile.
-    fn predict(&self, source: &Source<'_>, job: &mut Job, block: &mut [f32], work: &mut Work) {
+    fn predict(
+        &self,
+        bands: &Bands,
+        grid: &Grid,
+        floor: f32,
+        job: &mut Job,
+        block: &mut [f32],
+        spans: &mut [Range<usize>],
+    ) {
         let (f, m) = block.split_at_mut(DIRECTIONS * TILE_AREA);
-        let area = source.grid.area(job.tile);
+        let area = grid.area(job.tile);
         m.fill(0.0);
         for (k, f) in f.chunks_exact_mut(TILE_AREA).enumerate() {
-            if job.mask & 1 << k == 0 {
+            let halves = job.halves.map(|mask| mask >> k & 1 == 1);
+            if halves == [false; 2] {
                 f.fill(0.0);
                 continue;
             }
-            self.gather(source, job.tile, k, work);
-            let Work { patch, spans } = work;
-            correlate_tile(source.level, &patch.data, patch.stride, spans, &self.kernels[k], f);
-            let mut any = false;
-            for (y, f) in f.chunks_exact_mut(TILE).enumerate() {
-                let inside = if y < area.rows { area.columns } else { 0 };
-                f[inside..].fill(0.0);
-                for (f, m) in f[..inside].iter_mut().zip(&mut m[y * TILE..]) {
-                    *f = if *f < source.floor { 0.0 } else { *f };
-                    *m += *f;
-                    any |= *f > 0.0;
-                }
+            let (window, stride) = self.source.window(job.tile, k);
+            self.source.spans(job.tile, k, spans);
+            correlate_tile(bands.level(), window, stride, spans, &self.kernels[k], halves, f);
+            if area.columns < TILE {
+                f.chunks_exact_mut(TILE).for_each(|row| row[area.columns..].fill(0.0));
             }
-            if !any {
-                job.mask &= !(1 << k);
+            f[area.rows * TILE..].fill(0.0);
+            if accumulate(bands.level(), floor, f, m) > 0.0 {
+                job.mask |= 1 << k;
             }
         }
         job.peak = m.iter().copied().fold(0.0, f32::max);
     }
-
-    /// mu E' + (1 - mu) F(t - dt) of direction k over a tile and the kernel's reach around it, zero outside.
-    fn gather(&self, source: &Source<'_>, tile: usize, k: usize, work: &mut Work) {
-        let Source { kept, past, grid, .. } = source;
-        let Work { patch, spans } = work;
-        let side = TILE + 2 * self.radius;
-        patch.shape(side, side);
-        patch.data.fill(0.0);
-        let center = grid.area(tile);
-        for near in grid.around(tile, self.radius) {
-            let (fresh, old) =
-                (self.fresh[near] >> k & 1 == 1, past.tile(near).filter(|_| past.mask[near] >> k & 1 == 1));
-            if !fresh && old.is_none() {
-                continue;
-            }
-            let area = grid.area(near);
-            // Columns of the near tile inside the patch: in the picture, and from the patch's left edge.
-            let first = (area.left + self.radius).max(center.left) - self.radius;
-            let last = (area.left + area.columns).min(center.left + TILE + self.radius);
-            for y in area.top..area.top + area.rows {
-                let row = (y + self.radius) as isize - center.top as isize;
-                if !(0..side as isize).contains(&row) || first >= last {
-                    continue;
-                }
-                let inset = first + self.radius - center.left;
-                let out = &mut patch.row_mut(row as usize)[inset..inset + last - first];
-                if let Some(block) = old {
-                    let start = (y - area.top) * TILE + first - area.left;
-                    let f = &block.f(k)[start..start + last - first];
-                    out.iter_mut().zip(f).for_each(|(out, f)| *out = (1.0 - self.mu) * f);
-                }
-                if fresh {
-                    let e = &kept[k].row(y)[first..last];
-                    out.iter_mut().zip(e).for_each(|(out, e)| *out += self.mu * e);
-                }
-            }
-        }
-        spans.clear();
-        spans.extend((0..side).map(|y| {
-            let row = &patch.row(y)[..side];
-            match row.iter().position(|value| *value != 0.0) {
-                Some(first) => first..row.iter().rposition(|value| *value != 0.0).map_or(side, |last| last + 1),
-                None => 0..0,
-            }
-        }));
-    }
 }
 
-/// Which directions of E' are not zero in a tile, as bits.
-fn directions_present(kept: &[Plane; DIRECTIONS], grid: &Grid, tile: usize) -> u8 {
-    let area = grid.area(tile);
-    let mut mask = 0;
-    for (k, plane) in kept.iter().enumerate() {
-        let mut any = 0;
-        for y in area.top..area.top + area.rows {
-            let row = &plane.row(y)[area.left..area.left + area.columns];
-            any = row.iter().fold(any, |any, value| any | value.to_bits());
-        }
-        mask |= u8::from(any != 0) << k;
-    }
-    mask
+/// Where the quarters of tiles lie that reach half a tile, in rows and columns of quarters from its first one.
+fn places(radius: usize) -> impl Iterator<Item = (isize, isize)> {
+    let span = radius.div_ceil(ROWS) as isize;
+    (-span..=span).flat_map(move |down| (-span..=span + 1).map(move |right| (down, right)))
+}
+
+/// The largest tap that leads from the quarter of a tile in a place to half a tile.
+fn largest_tap(taps: &[f32], radius: usize, (down, right): (isize, isize)) -> f32 {
+    let (r, rows) = (radius as isize, ROWS as isize);
+    let within = |first: isize, last: isize| first.max(-r)..=last.min(r);
+    let reach_down = within(rows * down - (rows - 1), rows * down + rows - 1);
+    let taps = reach_down.flat_map(|dy| {
+        let reach_right = within(rows * right - (2 * rows - 1), rows * right + rows - 1);
+        reach_right.map(move |dx| taps[((dy + r) * (2 * r + 1) + dx + r) as usize])
+    });
+    taps.fold(0.0, f32::max)
 }

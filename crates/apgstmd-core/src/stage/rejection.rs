@@ -12,6 +12,7 @@ use crate::plane::Plane;
 use crate::stage::background::Background;
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
+use crate::tiles::Grid;
 
 /// N: maps of E, 8 directions or one that has none.
 pub(crate) struct Rejection<const N: usize> {
@@ -32,6 +33,9 @@ pub(crate) struct Rejection<const N: usize> {
     /// Confirmed peaks of this frame, with their traces.
     pub confirmed: Vec<(Peak, u64)>,
     kept: [Plane; N],
+    grid: Grid,
+    /// Tiles in which E' may not be zero.
+    pub kept_tiles: Vec<bool>,
 }
 
 /// What a confirmed trace must have shown.
@@ -41,7 +45,7 @@ struct Least {
     straightness: f64,
 }
 
-heap!(const N => Rejection<N> { background, contrast, peaks, traces, confirmed, kept });
+heap!(const N => Rejection<N> { background, contrast, peaks, traces, confirmed, kept, kept_tiles });
 
 impl<const N: usize> Rejection<N> {
     pub fn new(size: Size, params: &Params) -> Self {
@@ -75,6 +79,8 @@ impl<const N: usize> Rejection<N> {
             shift: (0.0, 0.0),
             confirmed: Vec::with_capacity(max_peaks),
             kept: std::array::from_fn(|_| Plane::new(kept_size)),
+            grid: Grid::new(size),
+            kept_tiles: vec![rejection.mode == RejectionMode::Off; Grid::new(size).count()],
         }
     }
 
@@ -106,6 +112,11 @@ impl<const N: usize> Rejection<N> {
             self.each_kept(|kept, k, y, columns| {
                 kept.row_mut(y)[columns.clone()].copy_from_slice(&e[k].row(y)[columns]);
             });
+            let Self { grid, confirmed, kept_tiles, keep_radius, .. } = self;
+            for (peak, _) in &*confirmed {
+                let tile = grid.holding(peak.x, peak.y);
+                grid.around(tile, *keep_radius).for_each(|near| kept_tiles[near] = true);
+            }
         }
     }
 
@@ -149,6 +160,7 @@ impl<const N: usize> Rejection<N> {
     fn clear_kept(&mut self) {
         if self.mode != RejectionMode::Off {
             self.each_kept(|kept, _, y, columns| kept.row_mut(y)[columns].fill(0.0));
+            self.kept_tiles.fill(false);
         }
     }
 

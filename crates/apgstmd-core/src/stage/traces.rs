@@ -88,7 +88,11 @@ impl Traces {
             let frames = f64::from(trace.missed + 1);
             let expected = (trace.place.0 + trace.velocity.0 * frames, trace.place.1 + trace.velocity.1 * frames);
             for (peak_index, peak) in peaks.iter().enumerate() {
-                let distance = (f64::from(peak.sub_x) - expected.0).hypot(f64::from(peak.sub_y) - expected.1);
+                let (dx, dy) = (f64::from(peak.sub_x) - expected.0, f64::from(peak.sub_y) - expected.1);
+                if dx.abs().max(dy.abs()) > self.gate {
+                    continue;
+                }
+                let distance = dx.hypot(dy);
                 if distance <= self.gate {
                     self.pairs.push(Pair { distance, trace: index, peak: peak_index });
                 }

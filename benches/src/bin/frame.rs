@@ -1,0 +1,71 @@
+//! Time of whole frames, and of each stage the first quartile, and what the detector holds: `frame SCENE [threads] [frames] [variant]`.
+//!
+//! SCENE is `WIDTHxHEIGHT` (clutter that moves, 4 targets) or `still WIDTHxHEIGHT`; variant `practical`, `paper` or `off`
+//! (practical with everything predicted). One line of numbers, made to be recorded.
+
+use std::time::Instant;
+
+use apgstmd_benches::{Running, clutter, practical};
+use apgstmd_core::params::RejectionMode;
+use apgstmd_core::{Params, Size, Timing};
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let get = |index: usize, default: &str| args.get(index).cloned().unwrap_or_else(|| default.to_owned());
+    let size = get(0, "480x270");
+    let (width, height) = size.split_once('x').expect("WIDTHxHEIGHT");
+    let size = Size::new(height.parse().expect("rows"), width.parse().expect("columns"));
+    let threads: usize = get(1, "1").parse().expect("threads");
+    let frames: usize = get(2, "200").parse().expect("frames");
+    let variant = get(3, "practical");
+    let mut params = practical();
+    match variant.as_str() {
+        "practical" => {}
+        "paper" => params = Params::default(),
+        "off" => params.rejection.mode = RejectionMode::Off,
+        other => panic!("there is no variant {other}"),
+    }
+    let mut running = Running::new(&params, threads, clutter(size), 120);
+    let mut times = Vec::new();
+    let busy = cpu_ms();
+    let mut timing = Timing::default();
+    let mut parts = vec![Vec::new(); Timing::PARTS.len()];
+    for _ in 0..frames {
+        let before: Vec<_> = timing.parts().map(|(_, spent)| spent).collect();
+        let frame = running.frame();
+        let start = Instant::now();
+        running.detector.process_timed(frame.view(), &mut running.response, &mut timing).expect("frames fit");
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        for ((part, (_, spent)), before) in parts.iter_mut().zip(timing.parts()).zip(before) {
+            part.push((spent - before).as_secs_f64() * 1e3);
+        }
+    }
+    let busy = (cpu_ms() - busy) / frames as f64;
+    times.sort_by(f64::total_cmp);
+    let at = |share: f64| times[((frames - 1) as f64 * share) as usize];
+    print!(
+        "{size} {variant} {threads} threads: min {:.2} p50 {:.2} p99 {:.2} cpu {busy:.2} ms |",
+        times[0],
+        at(0.5),
+        at(0.99)
+    );
+    for (name, part) in Timing::PARTS.iter().zip(&mut parts) {
+        part.sort_by(f64::total_cmp);
+        print!(" {name} {:.2}/{:.2}/{:.2}", part[frames / 4], part[frames / 2], part[3 * frames / 4]);
+    }
+    let share = |tiles: f64| 100.0 * tiles / timing.total_tiles() as f64;
+    print!(
+        " | tiles % attention {:.0} inhibition {:.0} prediction {:.0}",
+        share(timing.attended_tiles() as f64),
+        share(timing.inhibited_tiles()),
+        share(timing.predicted_tiles())
+    );
+    let memory = running.detector.memory();
+    println!(" | MB {:.0} of {:.0}", memory.resident as f64 / 1e6, memory.bound as f64 / 1e6);
+}
+
+/// Time that this thread was running, ms: what others take of the machine does not count.
+fn cpu_ms() -> f64 {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    stat.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e6
+}

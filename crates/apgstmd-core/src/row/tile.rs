@@ -1,0 +1,170 @@
+//! A square kernel over one tile: what is not separable, done with as little of its source as there is.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd, dispatch, prelude::*};
+
+use super::load_store::load;
+use crate::memory::heap;
+use crate::tiles::TILE;
+
+/// Rows of a tile whose sums are in flight together, half of it: each vector of the source is loaded once for all of them.
+pub(crate) const ROWS: usize = TILE / 2;
+
+/// The taps of a square kernel, arranged for [`correlate_tile`].
+#[derive(Clone, Debug)]
+pub(crate) struct TileKernel {
+    side: usize,
+    /// Column by column from below upward, with `ROWS` zeros at both ends: the taps that one row of the source has in
+    /// consecutive rows of the tile lie side by side.
+    taps: Vec<f32>,
+}
+
+heap!(TileKernel { taps });
+
+impl TileKernel {
+    /// `taps` row by row, an odd number of rows and as many columns.
+    pub fn new(taps: &[f32]) -> Self {
+        let side = taps.len().isqrt();
+        assert_eq!(side * side, taps.len());
+        let column = |i: usize| {
+            let zeros = || std::iter::repeat_n(0.0, ROWS);
+            zeros().chain((0..side).rev().map(move |j| taps[j * side + i])).chain(zeros())
+        };
+        Self { side, taps: (0..side).flat_map(column).collect() }
+    }
+
+    fn column(&self) -> usize {
+        self.side + 2 * ROWS
+    }
+}
+
+/// `out[y][x] = sum over j, i of taps[j][i] src[y + j][x + i]` for a tile. `spans[row]` names the columns of a source row
+/// outside which it is zero; what they leave out is not computed, which changes no bit. Halves that are not wanted are zero.
+pub(crate) fn correlate_tile(
+    level: Level,
+    src: &[f32],
+    stride: usize,
+    spans: &[Range<usize>],
+    kernel: &TileKernel,
+    halves: [bool; 2],
+    out: &mut [f32],
+) {
+    dispatch!(level, simd => correlate_tile_in(simd, src, stride, spans, kernel, halves, out));
+}
+
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn correlate_tile_in<S: Simd>(
+    simd: S,
+    src: &[f32],
+    stride: usize,
+    spans: &[Range<usize>],
+    kernel: &TileKernel,
+    halves: [bool; 2],
+    out: &mut [f32],
+) {
+    let side = kernel.side;
+    assert!(spans.len() == side + TILE - 1 && out.len() == TILE * TILE && TILE.is_multiple_of(S::f32s::LEN));
+    assert!(stride >= side - 1 + TILE && src.len() >= (spans.len() - 1) * stride + side - 1 + TILE);
+    assert!(kernel.taps.len() == side * kernel.column());
+    for (top, wanted) in [0, ROWS].into_iter().zip(halves) {
+        if !wanted {
+            out[top * TILE..(top + ROWS) * TILE].fill(0.0);
+            continue;
+        }
+        for left in (0..TILE).step_by(S::f32s::LEN) {
+            let mut sums = [S::f32s::splat(simd, 0.0); ROWS];
+            for (j, span) in spans[top..top + side + ROWS - 1].iter().enumerate() {
+                // Columns of the kernel with which some lane meets the span.
+                let first = (span.start + 1).saturating_sub(left + S::f32s::LEN);
+                let last = span.end.saturating_sub(left).min(side);
+                let row = (top + j) * stride + left;
+                // The first rows of the source reach only the upper half of these rows, the last only the lower.
+                if j < ROWS / 2 {
+                    add_row::<S, 0, { ROWS / 2 }>(simd, &src[row..], kernel, j, first..last, &mut sums);
+                } else if j >= side + ROWS / 2 - 1 {
+                    add_row::<S, { ROWS / 2 }, ROWS>(simd, &src[row..], kernel, j, first..last, &mut sums);
+                } else {
+                    add_row::<S, 0, ROWS>(simd, &src[row..], kernel, j, first..last, &mut sums);
+                }
+            }
+            for (y, sum) in sums.iter().enumerate() {
+                let at = (top + y) * TILE + left;
+                sum.store_slice(&mut out[at..at + S::f32s::LEN]);
+            }
+        }
+    }
+}
+
+/// `out = a x + b y` over a tile, of which `out` has rows `stride` apart. Returns for each row which columns are not zero,
+/// as bits, and the sums over the quarters of the tile.
+pub(crate) fn mix_tile(
+    level: Level,
+    [a, b]: [f32; 2],
+    [x, y]: [&[f32]; 2],
+    out: &mut [f32],
+    stride: usize,
+) -> ([u16; TILE], [f32; 4]) {
+    dispatch!(level, simd => mix_tile_in(simd, [a, b], [x, y], out, stride))
+}
+
+#[inline(always)]
+fn mix_tile_in<S: Simd>(
+    simd: S,
+    [a, b]: [f32; 2],
+    [x, y]: [&[f32]; 2],
+    out: &mut [f32],
+    stride: usize,
+) -> ([u16; TILE], [f32; 4]) {
+    let zero = S::f32s::splat(simd, 0.0);
+    let (mut columns, mut sums) = ([0; TILE], [0.0; 4]);
+    for half in 0..2 {
+        let mut total = [0.0; TILE];
+        for row in half * ROWS..(half + 1) * ROWS {
+            for left in (0..TILE).step_by(S::f32s::LEN) {
+                let at = row * TILE + left..row * TILE + left + S::f32s::LEN;
+                let value = S::f32s::from_slice(simd, &x[at.clone()]) * a + S::f32s::from_slice(simd, &y[at]) * b;
+                value.store_slice(&mut out[row * stride + left..row * stride + left + S::f32s::LEN]);
+                columns[row] |= (value.simd_gt(zero).to_bitmask() as u16) << left;
+                let total = &mut total[left..left + S::f32s::LEN];
+                (S::f32s::from_slice(simd, total) + value).store_slice(total);
+            }
+        }
+        for (quarter, total) in total.chunks_exact(ROWS).enumerate() {
+            for value in total {
+                sums[2 * half + quarter] += value;
+            }
+        }
+    }
+    (columns, sums)
+}
+
+/// Adds what row `j` of the source gives to rows FROM..TO of the tile.
+#[inline(always)]
+#[allow(unsafe_code)]
+fn add_row<S: Simd, const FROM: usize, const TO: usize>(
+    simd: S,
+    src: &[f32],
+    kernel: &TileKernel,
+    j: usize,
+    columns: Range<usize>,
+    sums: &mut [S::f32s; ROWS],
+) {
+    let length = kernel.column();
+    // Row y of the tile meets row j - y of the kernel.
+    let place = kernel.side - 1 + ROWS - j;
+    assert!(columns.end <= kernel.side && place + ROWS <= length && kernel.taps.len() >= kernel.side * length);
+    assert!(columns.is_empty() || src.len() >= columns.end - 1 + S::f32s::LEN);
+    let mut now = *sums;
+    for i in columns {
+        // SAFETY: i is below columns.end, up to which the source holds a whole vector.
+        let value = unsafe { load(simd, src, i) };
+        // SAFETY: i is below side, and a column of the kernel has more than place + ROWS taps: as asserted.
+        let taps = unsafe { kernel.taps.get_unchecked(i * length + place..i * length + place + ROWS) };
+        for y in FROM..TO {
+            now[y] = value.mul_add(S::f32s::splat(simd, taps[y]), now[y]);
+        }
+    }
+    *sums = now;
+}
