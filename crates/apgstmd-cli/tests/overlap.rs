@@ -5,7 +5,8 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{apgstmd, csv_rows, folder, json, picture, results};
+use common::{HEIGHT, WIDTH, apgstmd, csv_rows, folder, json, picture, results};
+use tiff::encoder::{TiffEncoder, colortype};
 
 const LINE: &str = "run {in} --out {out} --speed 1 --rejection off";
 
@@ -46,6 +47,8 @@ fn order_is_that_of_the_names() {
 fn stopping_at_a_bad_picture_keeps_what_came_before() {
     let frames = folder(60);
     fs::write(frames.path().join("f_41.png"), "no picture").unwrap();
+    let odd = folder(41);
+    not_luminance(&odd.path().join("f_41.tif"));
     let whole = {
         let (_parent, out) = results();
         apgstmd(&format!("{LINE} --stop 41"), frames.path(), &out).ok();
@@ -53,7 +56,10 @@ fn stopping_at_a_bad_picture_keeps_what_came_before() {
     };
     for threads in [1, 3] {
         let (_parent, out) = results();
-        let line = format!("{LINE} --threads {threads} --overlay");
+        let line = format!("{LINE} --threads {threads}");
+        apgstmd(&line, odd.path(), &out).fails(1, &["f_41.tif", "NaN"]);
+        assert_eq!(fs::read_to_string(out.join("detections.csv")).unwrap(), whole);
+        let line = format!("{line} --overlay --force");
         apgstmd(&line, frames.path(), &out).fails(1, &["f_41.png", "no PNG"]);
         assert_eq!(fs::read_to_string(out.join("detections.csv")).unwrap(), whole);
         assert_eq!(names(&out.join("overlay")).len(), 41);
@@ -63,11 +69,19 @@ fn stopping_at_a_bad_picture_keeps_what_came_before() {
     }
 }
 
-/// Unreadable, of another size, unreadable again at the end: all named in order, the rest as if they had not been there.
+/// A float picture that is no luminance: it can be read, but not computed.
+fn not_luminance(path: &Path) {
+    let file = fs::File::create(path).unwrap();
+    let samples = vec![f32::NAN; (WIDTH * HEIGHT) as usize];
+    TiffEncoder::new(file).unwrap().write_image::<colortype::Gray32Float>(WIDTH, HEIGHT, &samples).unwrap();
+}
+
+/// Unreadable, of another size, not computable, unreadable again at the end: all named in order, the rest as if they had
+/// not been there.
 #[test]
 fn skipping_leaves_the_others_as_they_are() {
     let frames = folder(50);
-    let bad = [0, 7, 8, 20, 49];
+    let bad = [0, 7, 8, 20, 30, 49];
     let good = tempfile::tempdir().unwrap();
     for frame in (0..50).filter(|frame| !bad.contains(frame)) {
         fs::copy(frames.path().join(format!("f_{frame}.png")), good.path().join(format!("f_{frame}.png"))).unwrap();
@@ -76,6 +90,10 @@ fn skipping_leaves_the_others_as_they_are() {
         let path = frames.path().join(format!("f_{frame}.png"));
         match frame {
             20 => image::GrayImage::new(30, 30).save(path).unwrap(),
+            30 => {
+                fs::remove_file(&path).unwrap();
+                not_luminance(&path.with_extension("tif"));
+            }
             _ => fs::write(path, "no picture").unwrap(),
         }
     }
@@ -90,7 +108,7 @@ fn skipping_leaves_the_others_as_they_are() {
     for threads in [1, 4] {
         let (rows, record) = places(frames.path(), threads, "--on-error skip");
         assert_eq!(rows, expected);
-        assert_eq!(record["frames"], 45);
+        assert_eq!(record["frames"], 44);
         let skipped: Vec<_> = record["skipped"].as_array().unwrap().iter().map(|s| s["frame"].clone()).collect();
         assert_eq!(skipped, bad);
     }

@@ -19,7 +19,8 @@ one from memory; what is timed is the detector alone. Every list is combined wit
 
 G FMA/s and GB/s count what the model asks for, in the tiles that were active: multiply-adds (one counts once) and bytes of
 maps and states that pass between stages. Beside them stands what this machine was just measured to give at most: multiply-adds
-out of registers, and bytes read and written by copying memory. A stage that skips zeros may show more than it achieves.";
+out of registers, and bytes read and written by copying memory. More than the peak is possible: for bytes that stay in a
+cache, and for a stage that skips the zeros of an active tile.";
 
 /// Flags of `apgstmd bench`.
 #[derive(Debug, Args)]
