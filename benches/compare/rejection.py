@@ -23,9 +23,8 @@ class Background:
         least = min(height, width)
         self.margin = least // 4 if least < 2 * MARGIN + 8 else MARGIN
         inner = (height - 2 * self.margin) * (width - 2 * self.margin)
-        step = max(1, math.ceil(math.sqrt(inner / SAMPLES)))
-        self.rows = np.arange(self.margin, height - self.margin, step)
-        self.columns = np.arange(self.margin, width - self.margin, step)
+        self.step = max(1, math.ceil(math.sqrt(inner / SAMPLES)))
+        self.size = height, width
         self.last: Array | None = None
         self.shift = np.zeros(2)
 
@@ -35,8 +34,11 @@ class Background:
         return self.shift
 
     def sample(self, plane: Array, dy: int = 0, dx: int = 0) -> Array:
-        # Offsets stay within the margin, but the last neighbour of a bilinear sample may lie one beyond it.
-        return plane[np.minimum(self.rows + dy, plane.shape[0] - 1)[:, None], np.minimum(self.columns + dx, plane.shape[1] - 1)]
+        """Every so many pixels within the margin, from (dx, dy) beside them: at most as far as the margin."""
+        rows, columns = (
+            slice(self.margin + d, n - self.margin + d, self.step) for n, d in zip(self.size, (dy, dx), strict=True)
+        )
+        return plane[rows, columns]
 
     def residual(self, p: Array, shift: np.ndarray) -> Array:
         whole = np.floor(shift).astype(int)
