@@ -10,8 +10,7 @@ use crate::source::{Arrival, FrameSource};
 
 /// Memory that the pictures of a queue may take, bytes. Large ones are few, small ones many.
 const BUDGET: usize = 64 << 20;
-/// Pictures in a queue, whatever their size.
-const LEAST: usize = 2;
+/// Pictures in a queue, however small.
 const MOST: usize = 64;
 
 /// A picture that has been read, or why it could not be, and how long that took.
@@ -20,9 +19,9 @@ pub(super) struct Read {
     pub spent: Duration,
 }
 
-/// How many things of `bytes` a queue holds.
+/// How many things of `bytes` may wait, or be computed together: at least one.
 pub(super) fn room(bytes: usize) -> usize {
-    (BUDGET / bytes.max(1)).clamp(LEAST, MOST)
+    (BUDGET / bytes.max(1)).clamp(1, MOST)
 }
 
 /// The frames of several sources, one from each in turn, each source read by a thread of its own.
@@ -153,6 +152,6 @@ mod tests {
 
     #[test]
     fn queues_are_bounded_in_memory() {
-        assert_eq!((room(1), room(0), room(16 << 20), room(1 << 30)), (MOST, MOST, 4, LEAST));
+        assert_eq!((room(1), room(0), room(16 << 20), room(1 << 30)), (MOST, MOST, 4, 1));
     }
 }
