@@ -146,3 +146,35 @@ fn the_record_says_what_limits() {
     // Drawing sixfold enlarged pictures costs most here.
     assert_eq!(limit, "write");
 }
+
+/// Pictures are read faster than they are computed; what waits must not grow with their number.
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_does_not_grow_with_the_number_of_pictures() {
+    const PICTURES: usize = 150;
+    let frames = tempfile::tempdir().unwrap();
+    let first = frames.path().join("0.tif");
+    let (width, height) = (800, 600);
+    image::ImageBuffer::from_fn(width, height, |x, y| image::Rgb([(x * 60) as u16, (y * 60) as u16, 9000]))
+        .save(&first)
+        .unwrap();
+    let bytes = 2 * 3 * (width * height) as usize;
+    for frame in 1..PICTURES {
+        fs::hard_link(&first, frames.path().join(format!("{frame}.tif"))).unwrap();
+    }
+    let mut child = common::command()
+        .args(["run", "--quiet", "--threads", "1", "--out", "-", "--model", "estmd"])
+        .arg(frames.path())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut peak = 0;
+    while child.try_wait().unwrap().is_none() {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
+        peak = line.trim().trim_end_matches(" kB").parse::<usize>().map_or(peak, |kib| kib << 10);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(peak > 8 << 20 && peak < PICTURES * bytes / 2, "{} MiB", peak >> 20);
+}
