@@ -37,7 +37,9 @@ REFERENCE = "apgstmd-2"
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scene", type=Path, default=SCENE, help="what `apgstmd synth` draws [default: %(default)s]")
+    parser.add_argument(
+        "--scene", type=Path, default=SCENE, help="what `apgstmd synth` draws [default: %(default)s]"
+    )
     parser.add_argument("--frames", type=int, help="frames of it [default: all]")
     parser.add_argument("--speed", type=float, default=1.0, help="speed of its targets, px/frame")
     parser.add_argument("--warm-up", type=int, default=60, help="frames that are not counted")
@@ -65,7 +67,9 @@ def main() -> None:
     text = json.dumps(result, indent=2) + "\n"
     paths = [args.out]
     if args.record:
-        paths.append(ROOT / "benches/record" / slug(result["cpu"], result["cores"]) / f"{result['date']}-compare.json")
+        paths.append(
+            ROOT / "benches/record" / slug(result["cpu"], result["cores"]) / f"{result['date']}-compare.json"
+        )
     for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)

@@ -63,7 +63,9 @@ def peak_rss() -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=CONTENDERS)
-    parser.add_argument("clip", type=Path, help="uint8 frames (T, H, W) as .npy: read one by one, so that its size does not count")
+    parser.add_argument(
+        "clip", type=Path, help="uint8 frames (T, H, W) as .npy: read one by one, so that its size does not count"
+    )
     parser.add_argument("--speed", type=float, required=True)
     parser.add_argument("--warm-up", type=int, required=True)
     args = parser.parse_args()
@@ -85,7 +87,16 @@ def main() -> None:
             step(frame)
             spent.append(1e3 * (time.perf_counter() - begin))
     cpu_ms = 1e3 * (time.process_time() - cpu) / (count - args.warm_up)
-    print(json.dumps({"cpu_ms": cpu_ms, "ms": spent[args.warm_up :], "peak_rss_mib": peak_rss(), "own_mib": peak_rss() - before}))
+    print(
+        json.dumps(
+            {
+                "cpu_ms": cpu_ms,
+                "ms": spent[args.warm_up :],
+                "peak_rss_mib": peak_rss(),
+                "own_mib": peak_rss() - before,
+            }
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ kernel as the equations give it. Rejection is `motion`, attention has full suppo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import cv2
@@ -28,7 +29,9 @@ class Cascade:
     def __init__(self, shape: tuple[int, int], filters: list[Gamma]) -> None:
         order = max(len(gamma.b) for gamma in filters)
         self.a = np.float32(filters[0].pole)
-        assert all(math.isclose(gamma.pole, filters[0].pole, rel_tol=1e-12) for gamma in filters), "poles are shared"
+        assert all(math.isclose(gamma.pole, filters[0].pole, rel_tol=1e-12) for gamma in filters), (
+            "poles are shared"
+        )
         self.b = np.array([np.pad(gamma.b, (0, order - len(gamma.b))) for gamma in filters], np.float32)
         self.h0 = np.array([gamma.h0 for gamma in filters], np.float32)
         self.c = np.zeros((order, *shape), np.float32)
@@ -111,7 +114,21 @@ class ApgStmd:
         q = self.facilitate(kept)
         self.frames += 1
         self.stages = dict(
-            P=p, A=a, Pe=pe, L=l, Tm3=tm3, Tm2=tm2, Mi1=mi1, Tm1_4=tm1_4, Tm1_5=tm1_5, D=d, E=e, Ep=kept, F=f, M=m, Q=q
+            P=p,
+            A=a,
+            Pe=pe,
+            L=l,
+            Tm3=tm3,
+            Tm2=tm2,
+            Mi1=mi1,
+            Tm1_4=tm1_4,
+            Tm1_5=tm1_5,
+            D=d,
+            E=e,
+            Ep=kept,
+            F=f,
+            M=m,
+            Q=q,
         )
         return self.read_out(q, confirmed)
 
@@ -127,17 +144,21 @@ class ApgStmd:
                 self.region += (inside - self.region) * np.float32(1 / p_attention["ramp"])
         if self.region is None or not self.region.any():
             return np.zeros_like(p), p
-        best: Array | None = None
+        best = np.full_like(p, -np.inf)
         for scale, oriented in zip(self.scales, self.attention, strict=True):
-            maps = self.steered(p, scale) if self.separable else (cv2.filter2D(p, -1, w, borderType=REPLICATE) for w in oriented)
+            maps = (
+                self.steered(p, scale)
+                if self.separable
+                else (cv2.filter2D(p, -1, w, borderType=REPLICATE) for w in oriented)
+            )
             least = next(maps)
             for other in maps:
                 np.minimum(least, other, out=least)
-            best = least if best is None else np.maximum(best, least, out=best)
+            np.maximum(best, least, out=best)
         a = best * self.region
         return a, p + np.float32(p_attention["alpha"]) * a
 
-    def steered(self, p: Array, sigma: float):  # noqa: ANN201
+    def steered(self, p: Array, sigma: float) -> Iterator[Array]:
         """P * W_a for the four orientations, from the moments t^j exp(-t^2 / 2 sigma^2)."""
         radius = math.ceil(4 * sigma)
         t = np.arange(-radius, radius + 1)

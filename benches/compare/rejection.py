@@ -25,18 +25,19 @@ class Background:
         inner = (height - 2 * self.margin) * (width - 2 * self.margin)
         self.step = max(1, math.ceil(math.sqrt(inner / SAMPLES)))
         self.size = height, width
-        self.last: Array | None = None
+        self.last = np.zeros((0, 0), np.float32)
         self.shift = np.zeros(2)
 
     def process(self, p: Array) -> np.ndarray:
-        self.shift = np.zeros(2) if self.last is None else self.estimate(p)
+        self.shift = self.estimate(p) if self.last.size else np.zeros(2)
         self.last = p
         return self.shift
 
     def sample(self, plane: Array, dy: int = 0, dx: int = 0) -> Array:
         """Every so many pixels within the margin, from (dx, dy) beside them: at most as far as the margin."""
         rows, columns = (
-            slice(self.margin + d, n - self.margin + d, self.step) for n, d in zip(self.size, (dy, dx), strict=True)
+            slice(self.margin + d, n - self.margin + d, self.step)
+            for n, d in zip(self.size, (dy, dx), strict=True)
         )
         return plane[rows, columns]
 
@@ -52,7 +53,10 @@ class Background:
 
     def estimate(self, p: Array) -> np.ndarray:
         def scale_of(residual: Array) -> float:
-            return max(1.5 * float(np.partition(np.abs(residual), residual.size // 2, axis=None)[residual.size // 2]), LEAST_SCALE)
+            return max(
+                1.5 * float(np.partition(np.abs(residual), residual.size // 2, axis=None)[residual.size // 2]),
+                LEAST_SCALE,
+            )
 
         still = self.residual(p, np.zeros(2))
         unit = scale_of(still)
@@ -67,8 +71,12 @@ class Background:
             r = self.residual(p, shift)
             w = 1 / (1 + (r / scale_of(r)) ** 2)
             wx, wy = w * gx, w * gy
-            xx, xy, yy, bx, by = (float((a * b).sum(dtype=np.float64)) for a, b in ((wx, gx), (wx, gy), (wy, gy), (wx, r), (wy, r)))
-            weakest = (0.5 * (xx + yy) - math.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)) / float(w.sum(dtype=np.float64))
+            xx, xy, yy, bx, by = (
+                float((a * b).sum(dtype=np.float64)) for a, b in ((wx, gx), (wx, gy), (wy, gy), (wx, r), (wy, r))
+            )
+            weakest = (0.5 * (xx + yy) - math.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)) / float(
+                w.sum(dtype=np.float64)
+            )
             if weakest < STRUCTURE:
                 return np.zeros(2)
             step = np.array([yy * bx - xy * by, xx * by - xy * bx]) / (xx * yy - xy * xy)
@@ -149,7 +157,9 @@ class Rejection:
                 trace.points.popleft()
             if self.confirms(trace):
                 confirmed.append((peak, trace.number))
-                near = np.s_[:, max(peak.y - radius, 0) : peak.y + radius + 1, max(peak.x - radius, 0) : peak.x + radius + 1]
+                near = np.s_[
+                    :, max(peak.y - radius, 0) : peak.y + radius + 1, max(peak.x - radius, 0) : peak.x + radius + 1
+                ]
                 kept[near] = e[near]
         return kept, confirmed
 
@@ -184,7 +194,7 @@ class Rejection:
         self.traces = [trace for trace in self.traces if trace.missed <= self.p["max_missed"]]
         for k, peak in enumerate(peaks):
             if owner[k] is None:
-                owner[k] = Trace(peak.place, shift, self.count)
+                trace = owner[k] = Trace(peak.place, shift, self.count)
                 self.count += 1
-                self.traces.append(owner[k])
+                self.traces.append(trace)
         return [trace for trace in owner if trace is not None]
