@@ -1,5 +1,7 @@
 //! The machine does not change the numbers: blocks of frames and work left out not at all, instruction sets by rounding.
 
+use std::time::Instant;
+
 use apgstmd_core::params::{RejectionMode, Support};
 use apgstmd_core::{Detection, Detector, Frame, Machine, Model, Params, Preset, Response, SimdLevel, Size, Stage};
 use apgstmd_tests::stimulus::Scene;
@@ -152,4 +154,32 @@ fn memory_is_linear_in_pixels_and_grows_with_what_is_predicted() {
     let after = detector.memory();
     assert_eq!(before.bound, after.bound);
     assert!(before.resident < after.resident && after.resident <= after.bound, "{before:?} {after:?}");
+}
+
+/// What stands still gives zeros and no denormals, however long it stands: after 2000 frames a frame takes no longer than
+/// one of a scene in which everything moves. The best of many frames each, so that nothing else on the machine counts.
+#[test]
+fn a_still_scene_does_not_slow_down() {
+    let size = Size::new(64, 96);
+    let best = |detector: &mut Detector, frames: &[Array2<u8>], count: usize| {
+        let mut response = detector.make_response();
+        let times = (0..count).map(|t| {
+            let start = Instant::now();
+            detector.process_into(frames[t % frames.len()].view(), &mut response).expect("a valid frame");
+            start.elapsed()
+        });
+        times.min().expect("some frames")
+    };
+    for mut params in settings() {
+        // Attention to what was last predicted may itself change the picture, for ever.
+        params.attention.enabled = false;
+        let [mut moving, mut still] = [(); 2].map(|()| Detector::with_threads(size, &params, 1).expect("valid"));
+        let frames = frames(size, 50);
+        best(&mut moving, &frames, 50);
+        best(&mut still, &frames, 50);
+        // The scene stops: the states that motion left behind fade away.
+        best(&mut still, &frames[49..], 2000);
+        let (still, moving) = (best(&mut still, &frames[49..], 100), best(&mut moving, &frames, 100));
+        assert!(still <= moving, "{}: {still:?} still, {moving:?} moving", params.model);
+    }
 }

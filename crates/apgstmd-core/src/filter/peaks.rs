@@ -30,6 +30,10 @@ pub(crate) fn find(map: &Plane, radius: usize, threshold: f32, count: usize, pea
     // A peak is the maximum of its square of radius + 1, so only those are looked at (Neubeck & Van Gool, 2006).
     for top in (0..size.height).step_by(radius + 1) {
         let bottom = (top + radius + 1).min(size.height);
+        // Rows in which nothing exceeds the threshold, of which there may be many, cost one look.
+        if !(top..bottom).any(|y| map.row(y).iter().fold(false, |any, value| any | (*value > threshold))) {
+            continue;
+        }
         for left in (0..size.width).step_by(radius + 1) {
             let right = (left + radius + 1).min(size.width);
             let mut best = (threshold, 0, 0);

@@ -72,14 +72,17 @@ impl Wiring for ApgStmd {
 
         retina.process(bands, luminance, p);
         clock.lap(Part::Retina);
-        attention.process(bands, p, predicted);
-        clock.lap_tiles(Part::Attention, attention.tiles());
-        lamina.process(bands, &attention.pe, l);
-        clock.lap(Part::Lamina);
-        medulla.process(bands, l);
-        clock.lap(Part::Medulla);
-        lobula.process(bands, l, medulla);
-        clock.lap_tiles(Part::Lobula, lobula.tiles());
+        let vision = || {
+            attention.process(bands, p, predicted);
+            clock.lap_tiles(Part::Attention, attention.tiles());
+            lamina.process(bands, &attention.pe, l);
+            clock.lap(Part::Lamina);
+            medulla.process(bands, l);
+            clock.lap(Part::Medulla);
+            lobula.process(bands, l, medulla);
+            clock.lap_tiles(Part::Lobula, lobula.tiles());
+        };
+        bands.both(vision, || rejection.follow(p));
         rejection.process(p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);

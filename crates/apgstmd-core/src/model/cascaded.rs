@@ -63,6 +63,7 @@ impl Wiring for Cascaded {
         estmd.process(bands, &lamina_inhibition.l1);
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
+        rejection.follow(p);
         rejection.process(p, &emd.e, &emd.strongest);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);

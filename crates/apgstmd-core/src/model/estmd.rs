@@ -60,6 +60,7 @@ impl Wiring for Estmd {
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
+        rejection.follow(p);
         rejection.process(p, from_ref(&estmd.y), &estmd.y);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, from_ref(&estmd.y), response);

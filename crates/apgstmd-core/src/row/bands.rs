@@ -139,6 +139,16 @@ impl Bands {
         }
     }
 
+    /// Calls both, at the same time where there are threads: `main`, which may use all of them, and `aside`, which uses one.
+    pub fn both(&self, main: impl FnOnce() + Send, aside: impl FnOnce() + Send) {
+        if self.threads == 1 {
+            main();
+            aside();
+        } else {
+            rayon::join(main, aside);
+        }
+    }
+
     /// Calls `work` for the parts of `items`, down to single ones where there are threads.
     pub fn each<T: Send, O: Split>(&self, items: (Slice<'_, T>, O), work: impl Fn((Slice<'_, T>, O)) + Sync) {
         let count = items.0.0.len();

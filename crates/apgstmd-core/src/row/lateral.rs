@@ -97,7 +97,7 @@ fn spread_at<S: Simd, const J: usize, const V: usize>(
             *pair = unsafe { load(simd, src, at - d) };
             if d > 0 {
                 // SAFETY: as above.
-                *pair = *pair + unsafe { load(simd, src, at + d) };
+                *pair += unsafe { load(simd, src, at + d) };
             }
         }
         for k in 0..2 {
@@ -230,16 +230,16 @@ fn gather_at<S: Simd, const V: usize>(simd: S, rows: SpreadRows<'_>, kernel: &La
     // SAFETY: every row of every slot lies inside data: `check`.
     unsafe {
         let [middle, _] = rows.around(kernel, 0);
-        for k in 0..2 {
-            let tap = S::f32s::splat(simd, kernel.across[0][k]);
+        for (k, tap) in kernel.across[0].iter().enumerate() {
+            let tap = S::f32s::splat(simd, *tap);
             for (v, [smooth, _]) in sums.iter_mut().enumerate() {
                 *smooth = load(simd, data, middle + k * width + x + v * S::f32s::LEN).mul_add(tap, *smooth);
             }
         }
         for (d, taps) in kernel.across.iter().enumerate().skip(1) {
             let [above, below] = rows.around(kernel, d);
-            for k in 0..2 {
-                let tap = S::f32s::splat(simd, taps[k]);
+            for (k, tap) in taps.iter().enumerate() {
+                let tap = S::f32s::splat(simd, *tap);
                 for (v, [smooth, _]) in sums.iter_mut().enumerate() {
                     let at = k * width + x + v * S::f32s::LEN;
                     *smooth = (load(simd, data, above + at) + load(simd, data, below + at)).mul_add(tap, *smooth);

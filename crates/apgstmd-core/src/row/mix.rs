@@ -125,7 +125,7 @@ fn add_scaled_in<S: Simd>(simd: S, terms: &[(f32, &[f32])], out: &mut [f32]) {
         unsafe {
             let mut sum = load(simd, out, at);
             for (a, x) in terms {
-                sum = sum + load(simd, x, at) * *a;
+                sum += load(simd, x, at) * *a;
             }
             store::<S>(sum, out, at);
         }

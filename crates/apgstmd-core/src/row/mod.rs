@@ -8,5 +8,6 @@ pub(crate) mod machine;
 pub(crate) mod mix;
 pub(crate) mod opponent;
 pub(crate) mod recurse;
+pub(crate) mod speckle;
 pub(crate) mod tile;
 pub(crate) mod workers;

@@ -54,14 +54,19 @@ pub(crate) fn cascade<const K: usize>(
     out: [&mut [f32]; K],
     add: bool,
 ) {
-    match prepare {
-        Prepare::Keep => dispatch!(level, simd => cascade_in(simd, taps, |x| x, input, states, out, add)),
-        Prepare::Positive => {
-            dispatch!(level, simd => cascade_in(simd, taps, |x| x.max(0.0), input, states, out, add));
-        }
-        Prepare::Negative => {
-            dispatch!(level, simd => cascade_in(simd, taps, |x| (-x).max(0.0), input, states, out, add));
-        }
+    // max(sign x, least).
+    let (sign, least) = match prepare {
+        Prepare::Keep => (1.0, f32::NEG_INFINITY),
+        Prepare::Positive => (1.0, 0.0),
+        Prepare::Negative => (-1.0, 0.0),
+    };
+    let count = taps.weights.len();
+    // The counts of the default filters, for the compiler to unroll.
+    match count {
+        4 => dispatch!(level, simd => cascade_in(simd, taps, 4, [sign, least], input, states, out, add)),
+        7 => dispatch!(level, simd => cascade_in(simd, taps, 7, [sign, least], input, states, out, add)),
+        9 => dispatch!(level, simd => cascade_in(simd, taps, 9, [sign, least], input, states, out, add)),
+        _ => dispatch!(level, simd => cascade_in(simd, taps, count, [sign, least], input, states, out, add)),
     }
 }
 
@@ -70,26 +75,32 @@ pub(crate) fn cascade<const K: usize>(
 fn cascade_in<S: Simd, const K: usize>(
     simd: S,
     taps: &CascadeTaps<K>,
-    prepare: impl Fn(S::f32s) -> S::f32s,
+    count: usize,
+    [sign, least]: [f32; 2],
     input: &[f32],
     states: &mut [f32],
     out: [&mut [f32]; K],
     add: bool,
 ) {
     let width = input.len();
-    assert!(width.is_multiple_of(LANES) && states.len() == width * taps.weights.len());
+    assert!(taps.weights.len() == count && taps.feeds.len() == count);
+    assert!(width.is_multiple_of(LANES) && states.len() == width * count);
     assert!(out.iter().all(|row| row.len() == width));
     let zero = S::f32s::splat(simd, 0.0);
     let tiny = S::f32s::splat(simd, TINY);
     let flush = |value: S::f32s| value.abs().simd_lt(tiny).select(zero, value);
-    let pole = S::f32s::splat(simd, taps.pole);
+    let (pole, least) = (S::f32s::splat(simd, taps.pole), S::f32s::splat(simd, least));
     for x in (0..width).step_by(S::f32s::LEN) {
         // SAFETY: x + LEN <= width, the length of input, outputs and each state.
         unsafe {
-            let sample = prepare(load(simd, input, x));
-            let mut sums = taps.direct.map(|tap| sample * tap);
+            let sample = (load(simd, input, x) * sign).max(least);
+            let mut sums = [zero; K];
+            for (sum, tap) in sums.iter_mut().zip(&taps.direct) {
+                *sum = sample * *tap;
+            }
             let mut before = sample;
-            for (j, (weights, &feed)) in taps.weights.iter().zip(&taps.feeds).enumerate() {
+            for j in 0..count {
+                let (weights, feed) = (&taps.weights[j], taps.feeds[j]);
                 let state = load(simd, states, j * width + x);
                 for k in 0..K {
                     sums[k] = state.mul_add(S::f32s::splat(simd, weights[k]), sums[k]);

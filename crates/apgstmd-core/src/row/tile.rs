@@ -140,6 +140,36 @@ fn mix_tile_in<S: Simd>(
     (columns, sums)
 }
 
+/// `r += (inside - r) fade` along a row, inside being 1 where `m` exceeds `threshold` and 0 elsewhere; what falls below
+/// `least` becomes zero. Returns whether anything is not zero.
+pub(crate) fn fade_row(level: Level, m: Option<&[f32]>, threshold: f32, fade: f32, least: f32, r: &mut [f32]) -> bool {
+    dispatch!(level, simd => fade_row_in(simd, m, threshold, fade, least, r))
+}
+
+#[inline(always)]
+fn fade_row_in<S: Simd>(_: S, m: Option<&[f32]>, threshold: f32, fade: f32, least: f32, r: &mut [f32]) -> bool {
+    // No fused multiply-add: columns that are no whole vector get the same bits.
+    let mut any = false;
+    match m {
+        Some(m) => {
+            for (r, m) in r.iter_mut().zip(m) {
+                let inside = if *m > threshold { 1.0 } else { 0.0 };
+                let next = *r + (inside - *r) * fade;
+                *r = if next < least { 0.0 } else { next };
+                any |= *r > 0.0;
+            }
+        }
+        None => {
+            for r in r {
+                let next = *r + (0.0 - *r) * fade;
+                *r = if next < least { 0.0 } else { next };
+                any |= *r > 0.0;
+            }
+        }
+    }
+    any
+}
+
 /// Adds what row `j` of the source gives to rows FROM..TO of the tile.
 #[inline(always)]
 #[allow(unsafe_code)]

@@ -14,8 +14,10 @@ use crate::memory::heap;
 use crate::params::{Params, Support};
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::convolve::{moments, steer};
+
 use crate::row::mix::blend;
+use crate::row::speckle::{Layout, moments, steer};
+use crate::row::tile::fade_row;
 use crate::stage::memorizer::Gains;
 use crate::tiles::{Grid, PerTile, TILE};
 
@@ -134,12 +136,8 @@ impl Attention {
                 for y in 0..area.rows {
                     let columns = area.left..area.left + area.columns;
                     let r = &mut region.row(y)[columns.clone()];
-                    for (x, r) in r.iter_mut().enumerate() {
-                        let inside = block.is_some_and(|block| block.m()[y * TILE + x] > threshold);
-                        let next = *r + (f32::from(u8::from(inside)) - *r) * fade;
-                        *r = if next < FADED { 0.0 } else { next };
-                        active.values[column] |= *r > 0.0;
-                    }
+                    let m = block.map(|block| &block.m()[y * TILE..y * TILE + area.columns]);
+                    active.values[column] |= fade_row(bands.level(), m, threshold, fade, FADED, r);
                     if *support == Support::Masked {
                         let p = &p.row(area.top + y)[columns.clone()];
                         for ((masked, p), r) in masked.row(y)[columns].iter_mut().zip(p).zip(&*r) {
@@ -249,13 +247,12 @@ fn strongest_speckle(
             sum.shape(rows + 2 * radius, columns);
         }
         let [m0, m1, m2] = &mut *sums;
-        for y in 0..rows + 2 * radius {
-            let out = [&mut m0.row_mut(y)[..width], &mut m1.row_mut(y)[..width], &mut m2.row_mut(y)[..width]];
-            moments(bands.level(), &patch.row(y + inset)[inset..], &scale.taps, out);
-        }
-        for y in 0..rows {
-            let sources = [m0.below(y), m1.below(y), m2.below(y)];
-            steer(bands.level(), sources, m0.stride, &scale.taps, scale.center, &mut best.row_mut(y)[..width]);
-        }
+        let stride = m0.stride;
+        let above = Layout { stride, rows: rows + 2 * radius, width };
+        let out = [m0.data_mut(), m1.data_mut(), m2.data_mut()];
+        moments(bands.level(), (&patch.below(inset)[inset..], patch.stride), &scale.taps, above, out);
+        let sources = [m0.data(), m1.data(), m2.data()];
+        let layout = Layout { stride, rows, width };
+        steer(bands.level(), sources, &scale.taps, scale.center, layout, best.data_mut());
     }
 }

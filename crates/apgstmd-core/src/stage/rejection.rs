@@ -84,12 +84,16 @@ impl<const N: usize> Rejection<N> {
         }
     }
 
-    /// Confirms peaks and makes E' of this frame.
-    pub fn process(&mut self, p: &Plane, e: &[Plane; N], strongest: &Plane) {
+    /// Follows the background, which needs nothing but P: call it before `process`.
+    pub fn follow(&mut self, p: &Plane) {
         if self.mode == RejectionMode::Motion {
             self.shift = self.background.process(p);
             self.travelled = (self.travelled.0 + self.shift.0, self.travelled.1 + self.shift.1);
         }
+    }
+
+    /// Confirms peaks and makes E' of this frame.
+    pub fn process(&mut self, p: &Plane, e: &[Plane; N], strongest: &Plane) {
         find(strongest, self.peak_radius, self.threshold, self.max_peaks, &mut self.peaks);
         let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
         self.traces.link(&self.peaks, self.shift, |peak| Point {

@@ -111,10 +111,10 @@ impl Source {
         })
     }
 
-    /// The largest sum over a quarter of a tile in one direction.
+    /// The largest sum over a quarter of a tile, all directions together.
     pub fn largest_sum(&self) -> f32 {
-        let sums = self.tiles.iter().filter(|tile| tile.mask != 0).flat_map(|tile| tile.sums.as_flattened());
-        sums.copied().fold(0.0, f32::max)
+        let quarters = self.tiles.iter().filter(|tile| tile.mask != 0).flat_map(|tile| &tile.sums);
+        quarters.map(|sums| sums.iter().sum()).fold(0.0, f32::max)
     }
 
     /// A map from `radius` rows above and columns left of a tile on, and its stride.
