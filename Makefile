@@ -4,7 +4,6 @@ CARGO ?= cargo
 PY := .venv/bin/python
 WHEELS := target/wheels
 COMPARE := .venv-compare/bin/python
-RUNNER := target/tools/bin/gungraun-runner
 
 # One interpreter for cargo and maturin, so that the binding is not built twice.
 test lint wheel compare: export PYO3_PYTHON := $(CURDIR)/$(PY)
@@ -12,7 +11,7 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint wheel venv bench instructions compare scaling docs clean
+.PHONY: help demo test lint wheel venv bench compare scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
@@ -47,12 +46,7 @@ venv:
 	@tools/venv.sh
 
 bench: ## criterion benchmarks of each stage and of whole frames
-	@$(CARGO) bench --package apgstmd-benches --bench model
-
-instructions: ## instructions of one frame, counted under valgrind: the same number on every run
-	@command -v valgrind >/dev/null || { echo "error: valgrind is needed: apt-get install valgrind" >&2; exit 1; }
-	@test -x $(RUNNER) || $(CARGO) install --quiet gungraun-runner --version 0.20.0 --root target/tools
-	@GUNGRAUN_RUNNER=$(CURDIR)/$(RUNNER) $(CARGO) bench --package apgstmd-benches --bench instructions
+	@$(CARGO) bench --package apgstmd-benches
 
 compare: wheel ## the same clip through apgstmd, NumPy + OpenCV, and OpenCV's background subtraction: a table
 	@tools/venv.sh .venv-compare benches/compare/requirements.txt

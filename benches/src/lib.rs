@@ -1,7 +1,7 @@
 //! Scenes and detectors that the benchmarks share.
 
 use apgstmd_core::stimulus::{Renderer, Scene};
-use apgstmd_core::{Detector, Machine, Params, Preset, Response, Size};
+use apgstmd_core::{Detector, Params, Preset, Response, Size};
 use ndarray::Array2;
 
 /// Targets crossing natural clutter that moves, as many frames as are cycled through.
@@ -38,14 +38,8 @@ pub struct Running {
 impl Running {
     /// Runs `warm_up` frames.
     pub fn new(params: &Params, threads: usize, frames: Vec<Array2<f32>>, warm_up: usize) -> Self {
-        Self::on(&Machine::with_threads(threads), params, frames, warm_up)
-    }
-
-    /// The same with a choice of instruction set.
-    pub fn on(machine: &Machine, params: &Params, frames: Vec<Array2<f32>>, warm_up: usize) -> Self {
         let (height, width) = frames[0].dim();
-        let size = Size::new(height, width);
-        let detector = Detector::with_options(size, params, machine).expect("valid parameters");
+        let detector = Detector::with_threads(Size::new(height, width), params, threads).expect("valid parameters");
         let response = detector.make_response();
         let mut running = Self { detector, response, frames, next: 0 };
         for _ in 0..warm_up {
