@@ -46,7 +46,7 @@ fn json_holds_every_combination() {
     for run in runs {
         assert_eq!(run["frames"], 8);
         assert!(number(&run["frames_per_second"]) > 0.0);
-        let latency = ["p50", "p99", "max"].map(|key| number(&run["latency_ms"][key]));
+        let latency = ["min", "p50", "p99", "max"].map(|key| number(&run["latency_ms"][key]));
         assert!(latency[0] > 0.0 && latency.is_sorted(), "{latency:?}");
         let memory = &run["memory_bytes"];
         assert!(memory["resident"].as_u64() > Some(0) && memory["resident"].as_u64() <= memory["bound"].as_u64());

@@ -47,6 +47,8 @@ pub(super) struct Measured {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Latency {
     pub mean: f64,
+    /// What a busy machine disturbs least.
+    pub min: f64,
     pub p50: f64,
     pub p99: f64,
     pub max: f64,
@@ -155,7 +157,7 @@ pub(super) fn measure(subject: &Subject, clip: &Clip, bar: &ProgressBar) -> Outc
         frames: *frames,
         warm_up,
         frames_per_second: 1e3 / mean,
-        latency_ms: Latency { mean, p50, p99: quantile(0.99), max: quantile(1.0) },
+        latency_ms: Latency { mean, min: quantile(0.0), p50, p99: quantile(0.99), max: quantile(1.0) },
         gfma_per_s: rate(|cost| cost.operations),
         gbytes_per_s: rate(|cost| cost.bytes),
         stages,

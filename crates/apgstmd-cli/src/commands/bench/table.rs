@@ -16,13 +16,13 @@ pub(super) fn text(record: &Record<'_>) -> String {
 
 fn one(run: &Measured, peak: Option<&Peak>) -> String {
     let Measured { model, width, height, threads, simd, rejection, frames, latency_ms, memory_bytes, .. } = run;
-    let Latency { p50, p99, max, .. } = latency_ms;
+    let Latency { min, p50, p99, max, .. } = latency_ms;
     let MemoryRecord { bound, resident } = memory_bytes;
     let mib = |bytes: &usize| *bytes as f64 / f64::from(1 << 20);
     let rejection = format!("{rejection:?}").to_lowercase();
     let mut text = format!(
         "\n{model}, {width} x {height} px, {threads} thread{}, {simd}, rejection {rejection}\n\
-         {:.0} frames/s over {frames} frames, one by one: {p50:.2} ms (median), {p99:.2} (99 %), {max:.2} (longest)\n\
+         {:.0} frames/s over {frames} frames, one by one: {p50:.2} ms (median), {min:.2} to {max:.2}, 99 % below {p99:.2}\n\
          {:.1} MiB in use, {:.1} reserved at most; {:.1} detections a frame\n\n",
         if *threads == 1 { "" } else { "s" },
         run.frames_per_second,
