@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use apgstmd_benches::{Running, clutter, practical, still};
 use apgstmd_core::params::RejectionMode;
-use apgstmd_core::{Size, Timing};
+use apgstmd_core::{Machine, Model, Params, SimdLevel, Size, Timing};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 const SIZES: [Size; 2] = [Size::new(270, 480), Size::new(250, 500)];
@@ -61,5 +61,24 @@ fn stages(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, frames, stages);
+/// Whole frames of each model, and of apg-STMD with each instruction set.
+fn variants(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("variant");
+    group.sample_size(10).measurement_time(Duration::from_secs(3)).warm_up_time(Duration::from_millis(500));
+    let size = SIZES[0];
+    group.throughput(Throughput::Elements(size.area() as u64));
+    let machine = |simd| Machine { simd: Some(simd), ..Machine::with_threads(1) };
+    let models = Model::ALL.iter().map(|model| {
+        let params = if *model == Model::ApgStmd { practical() } else { Params::for_model(*model) };
+        (model.to_string(), params, machine(SimdLevel::best()))
+    });
+    let levels = SimdLevel::available().map(|simd| (simd.to_string(), practical(), machine(simd)));
+    for (name, params, machine) in models.chain(levels) {
+        let mut running = Running::with_machine(&params, &machine, clutter(size), 60);
+        group.bench_function(name, |bencher| bencher.iter(|| running.step()));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frames, stages, variants);
 criterion_main!(benches);

@@ -1,12 +1,14 @@
 //! Scenes and detectors that the benchmarks share.
 
 use apgstmd_core::stimulus::{Renderer, Scene};
-use apgstmd_core::{Detector, Params, Preset, Response, Size};
+use apgstmd_core::{Detector, Machine, Params, Preset, Response, Size};
 use ndarray::Array2;
 
 /// Targets crossing natural clutter that moves, as many frames as are cycled through.
 pub fn clutter(size: Size) -> Vec<Array2<f32>> {
-    let scene = Scene { width: size.width, height: size.height, frames: 64, ..Scene::demo() };
+    // As many as 256 MB hold.
+    let frames = ((1 << 26) / size.area()).clamp(8, 64);
+    let scene = Scene { width: size.width, height: size.height, frames, ..Scene::demo() };
     render(&scene)
 }
 
@@ -38,8 +40,13 @@ pub struct Running {
 impl Running {
     /// Runs `warm_up` frames.
     pub fn new(params: &Params, threads: usize, frames: Vec<Array2<f32>>, warm_up: usize) -> Self {
+        Self::with_machine(params, &Machine::with_threads(threads), frames, warm_up)
+    }
+
+    /// As `new`, with a choice of instruction set.
+    pub fn with_machine(params: &Params, machine: &Machine, frames: Vec<Array2<f32>>, warm_up: usize) -> Self {
         let (height, width) = frames[0].dim();
-        let detector = Detector::with_threads(Size::new(height, width), params, threads).expect("valid parameters");
+        let detector = Detector::with_options(Size::new(height, width), params, machine).expect("valid parameters");
         let response = detector.make_response();
         let mut running = Self { detector, response, frames, next: 0 };
         for _ in 0..warm_up {

@@ -10,7 +10,7 @@ use crate::row::lateral::{Lateral, SpreadRows, spread};
 /// Columns of a strip: the rows that the default kernel spans fit the first-level cache.
 pub(crate) const STRIP: usize = 128;
 /// Rows of a band: few enough for two threads at 270 rows; each begins with the rows that its kernel spans.
-pub(crate) const ROLLING_ROWS: usize = 144;
+pub(crate) const ROLLING_ROWS: usize = 72;
 
 pub(crate) struct Rolling {
     halo: usize,

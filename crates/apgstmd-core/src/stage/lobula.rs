@@ -27,9 +27,6 @@ use crate::tiles::TILE;
 
 /// Products below this are zero: 15 x 15 of them under the lateral kernel stay far below the response floor.
 const CORRELATION_FLOOR: f32 = 1e-24;
-/// Rows of one direction computed in a go, before the next direction's.
-const GROUP: usize = 16;
-
 pub(crate) struct Lobula {
     upstream: [(isize, isize); DIRECTIONS],
     lateral: Lateral,
@@ -44,7 +41,8 @@ pub(crate) struct Lobula {
 }
 
 struct Work {
-    d: [Rolling; DIRECTIONS],
+    /// D of one direction.
+    d: Rolling,
     s: [Patch; DIRECTIONS],
 }
 
@@ -67,8 +65,8 @@ impl Lobula {
             strongest: Plane::new(size),
             inhibited: AtomicUsize::new(0),
             scratch: Scratch::new(threads, || Work {
-                d: std::array::from_fn(|_| Rolling::new(&lateral)),
-                s: std::array::from_fn(|_| Patch::with_capacity(GROUP, STRIP)),
+                d: Rolling::new(&lateral),
+                s: std::array::from_fn(|_| Patch::with_capacity(ROLLING_ROWS, STRIP)),
             }),
             lateral,
         }
@@ -89,37 +87,33 @@ impl Lobula {
                 for left in (0..size.width).step_by(STRIP) {
                     let columns = STRIP.min(size.width - left);
                     let width = padded(columns);
-                    d.iter_mut().for_each(|d| d.begin(columns, range.start));
-                    s.iter_mut().for_each(|s| s.shape(GROUP, columns));
-                    for top in range.clone().step_by(GROUP) {
-                        let rows = top..(top + GROUP).min(range.end);
-                        let mut active = [false; GROUP];
-                        for ((d, s), upstream) in d.iter_mut().zip(&mut *s).zip(&*upstream) {
-                            let halo_left = left as isize - d.halo() as isize;
-                            for (y, active) in rows.clone().zip(&mut active) {
-                                let any = d.reach(level, lateral, y, |y, out| {
-                                    product(level, l, medulla, *upstream, (y, halo_left), CORRELATION_FLOOR, out)
-                                });
-                                let s = &mut s.row_mut(y - top)[..width];
-                                if any || bands.dense() {
-                                    gather(level, d.rows(y), lateral, s);
-                                    *active = true;
-                                    computed += columns;
-                                } else {
-                                    s.fill(0.0);
-                                }
+                    let halo_left = left as isize - d.halo() as isize;
+                    let mut active = [false; ROLLING_ROWS];
+                    for (s, upstream) in s.iter_mut().zip(&*upstream) {
+                        s.shape(range.len(), columns);
+                        d.begin(columns, range.start);
+                        for (row, y) in range.clone().enumerate() {
+                            let any = d.reach(level, lateral, y, |y, out| {
+                                product(level, l, medulla, *upstream, (y, halo_left), CORRELATION_FLOOR, out)
+                            });
+                            let s = &mut s.row_mut(row)[..width];
+                            if any || bands.dense() {
+                                gather(level, d.rows(y), lateral, s);
+                                active[row] = true;
+                                computed += columns;
+                            } else {
+                                s.fill(0.0);
                             }
                         }
-                        for (y, active) in rows.zip(active) {
-                            let row = y - range.start;
-                            let strongest = &mut strongest.row(row)[left..left + width];
-                            let e = e.each_mut().map(|rows| &mut rows.row(row)[left..left + width]);
-                            if active {
-                                let s = s.each_ref().map(|s| &s.row(y - top)[..width]);
-                                inhibit_directions(level, s, between, *floor, e, strongest);
-                            } else {
-                                e.into_iter().chain([strongest]).for_each(|row| row.fill(0.0));
-                            }
+                    }
+                    for row in 0..range.len() {
+                        let strongest = &mut strongest.row(row)[left..left + width];
+                        let e = e.each_mut().map(|rows| &mut rows.row(row)[left..left + width]);
+                        if active[row] {
+                            let s = s.each_ref().map(|s| &s.row(row)[..width]);
+                            inhibit_directions(level, s, between, *floor, e, strongest);
+                        } else {
+                            e.into_iter().chain([strongest]).for_each(|row| row.fill(0.0));
                         }
                     }
                 }

@@ -166,7 +166,11 @@ fn directions_present(kept: &[Plane; DIRECTIONS], grid: &Grid, tile: usize) -> u
         let mut any = 0;
         for y in area.top..area.top + area.rows {
             let row = &plane.row(y)[area.left..area.left + area.columns];
-            any = row.iter().fold(any, |any, value| any | value.to_bits());
+            // Whole rows are of a length that the compiler knows.
+            any |= match <&[f32; TILE]>::try_from(row) {
+                Ok(row) => row.iter().fold(0, |any, value| any | value.to_bits()),
+                Err(_) => row.iter().fold(0, |any, value| any | value.to_bits()),
+            };
         }
         mask |= u8::from(any != 0) << k;
     }
