@@ -3,14 +3,15 @@
 CARGO ?= cargo
 PY := .venv/bin/python
 WHEELS := target/wheels
+COMPARE := .venv-compare/bin/python
 
 # One interpreter for cargo and maturin, so that the binding is not built twice.
-test lint wheel: export PYO3_PYTHON := $(CURDIR)/$(PY)
-test lint wheel: export VIRTUAL_ENV := $(CURDIR)/.venv
+test lint wheel compare: export PYO3_PYTHON := $(CURDIR)/$(PY)
+test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel venv bench docs clean
+.PHONY: help demo test reproduce lint wheel venv bench compare scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -52,9 +53,20 @@ venv:
 bench: ## criterion benchmarks of each stage and of whole frames
 	@$(CARGO) bench --package apgstmd-benches
 
+compare: wheel ## the same clip through apgstmd, NumPy + OpenCV, and OpenCV's background subtraction: a table
+	@tools/venv.sh .venv-compare benches/compare/requirements.txt
+	@$(COMPARE) -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
+	@echo "== the NumPy model agrees with apgstmd"
+	@$(COMPARE) -m pytest --quiet --config-file=/dev/null --rootdir=benches/compare -p no:cacheprovider benches/compare
+	@echo "== timing"
+	@$(COMPARE) benches/compare/compare.py $(COMPARE_FLAGS)
+
+scaling: ## how time grows with threads, pixels, active tiles, instruction sets; CSV and SVG in target/scaling/
+	@$(CARGO) run --release --quiet --package apgstmd-cli -- bench --scaling target/scaling $(SCALING_FLAGS)
+
 docs: ## API documentation of the Rust crates in target/doc
 	@RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude apgstmd-py
 
 clean: ## remove everything that was built
 	@$(CARGO) clean
-	@rm -rf .venv demo-out reproduce-out .mypy_cache .pytest_cache
+	@rm -rf .venv .venv-compare demo-out reproduce-out .mypy_cache .pytest_cache

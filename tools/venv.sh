@@ -1,11 +1,13 @@
 #!/bin/sh
-# Makes .venv with what the tests need, or does nothing where it is there already and up to date.
+# Makes an environment, .venv with what the tests need unless told otherwise, or does nothing where it is up to date.
+#   tools/venv.sh [FOLDER REQUIREMENTS]
 set -eu
 cd "$(dirname "$0")/.."
-wanted=tools/requirements-test.txt
-installed=.venv/requirements.txt
+venv=${1:-.venv}
+wanted=${2:-tools/requirements-test.txt}
+installed=$venv/requirements.txt
 
-if cmp -s "$wanted" "$installed" && .venv/bin/python -c 'import maturin, mypy, numpy, pytest' 2>/dev/null; then
+if cmp -s "$wanted" "$installed" && "$venv/bin/python" -c 'import numpy, pytest' 2>/dev/null; then
     exit 0
 fi
 
@@ -30,7 +32,7 @@ if ! "$python" -c 'import venv, ensurepip' 2>/dev/null; then
     fi
 fi
 
-echo "making .venv with $("$python" --version)"
-"$python" -m venv --clear .venv
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement "$wanted"
+echo "making $venv with $("$python" --version)"
+"$python" -m venv --clear "$venv"
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --requirement "$wanted"
 cp "$wanted" "$installed"

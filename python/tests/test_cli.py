@@ -24,7 +24,7 @@ def call(*argv: str, program: list[str] = SCRIPT) -> subprocess.CompletedProcess
 @pytest.mark.parametrize("program", [SCRIPT, MODULE], ids=["script", "module"])
 def test_version_and_help(program: list[str]) -> None:
     result = call("--version", program=program)
-    assert (result.returncode, result.stdout.strip()) == (0, f"apgstmd {apgstmd.__version__}")
+    assert (result.returncode, result.stdout.splitlines()[0]) == (0, f"apgstmd {apgstmd.__version__}")
     help_text = call("run", "--help", program=program)
     assert help_text.returncode == 0 and "Usage: apgstmd run" in help_text.stdout
 

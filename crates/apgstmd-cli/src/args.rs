@@ -1,17 +1,34 @@
 //! The command line as typed. What the flags mean together is decided in [`crate::settings`].
 
-use std::path::PathBuf;
+mod bench;
 
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+use apgstmd_core::SimdLevel;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use bench::BenchArgs;
 
 /// Finds tiny, low-contrast moving targets in video: the apg-STMD model of the insect visual system.
 #[derive(Debug, Parser)]
-#[command(name = "apgstmd", version, about, after_help = EXAMPLES, max_term_width = 110)]
+#[command(name = "apgstmd", version, long_version = VERSION.as_str(), about, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
 }
+
+/// What `--version` prints; `-V` stops after the number.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let available: Vec<&str> = SimdLevel::available().map(SimdLevel::name).collect();
+    format!(
+        "{}\ninstruction set: {} (this machine has {})",
+        env!("CARGO_PKG_VERSION"),
+        SimdLevel::best(),
+        available.join(", ")
+    )
+});
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,7 +38,8 @@ Examples:
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
   apgstmd eval found scene --html report.html      detections judged against the truth
-  apgstmd reproduce --quick                        the paper's experiments, computed, drawn and judged";
+  apgstmd reproduce --quick                        the paper's experiments, computed, drawn and judged
+  apgstmd bench --size 1920x1080                   how fast this machine is, stage by stage";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -50,6 +68,8 @@ pub enum Command {
     Eval(EvalArgs),
     /// Compute the experiments of the paper, draw its figures and judge them.
     Reproduce(ReproduceArgs),
+    /// Measure speed, latency and memory on this machine.
+    Bench(Box<BenchArgs>),
 }
 
 /// A ready-made parameter set.
@@ -193,9 +213,15 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR", requires = "dump", help_heading = "Inner maps")]
     pub dump_dir: Option<PathBuf>,
 
-    /// Threads [default: one per core]; the numbers found do not depend on it
+    /// Threads that compute [default: one per core]; the numbers found do not depend on it. Reading ahead and writing
+    /// have threads of their own besides
     #[arg(long, value_name = "N", help_heading = "Running")]
     pub threads: Option<usize>,
+    /// Widest instruction set to use: scalar, sse2, sse4.2, neon, avx2 or avx512 [default: the best there is, as
+    /// `apgstmd --version` names it]; what the machine lacks, the next below stands in for. Between two of them numbers
+    /// differ by rounding
+    #[arg(long, value_name = "LEVEL", help_heading = "Running")]
+    pub simd: Option<SimdLevel>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Running")]
     pub quiet: bool,

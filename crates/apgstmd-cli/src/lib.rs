@@ -69,6 +69,7 @@ fn execute(arguments: Arguments) -> Outcome {
         Command::Synth(args) => commands::synth::main(args),
         Command::Eval(args) => commands::eval::main(&args),
         Command::Reproduce(args) => commands::reproduce::main(args),
+        Command::Bench(args) => commands::bench::main(*args),
     }
 }
 

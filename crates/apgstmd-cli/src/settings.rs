@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::params::{Localise, RejectionMode};
-use apgstmd_core::{MOST_THREADS, MissingStage, Model, ParamError, Params, Preset, Stage};
+use apgstmd_core::{MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
 
 use crate::Outcome;
 use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
@@ -27,8 +27,8 @@ pub struct RunSettings {
     pub params: Params,
     /// Where the parameters came from, for run.json.
     pub model: ModelArgs,
-    /// Threads.
-    pub threads: usize,
+    /// Threads and instruction set of the model.
+    pub machine: Machine,
     /// What to do about a bad picture.
     pub on_error: OnError,
     /// Where results go.
@@ -63,6 +63,14 @@ pub struct DumpSettings {
     pub frames: Option<FrameList>,
     /// The folder.
     pub folder: PathBuf,
+}
+
+impl DumpSettings {
+    /// The stages to write of `frame`.
+    pub fn stages_of(&self, frame: usize) -> &[Stage] {
+        let wanted = self.frames.as_ref().is_none_or(|frames| frames.contains(frame));
+        if wanted { &self.stages } else { &[] }
+    }
 }
 
 impl RunSettings {
@@ -118,7 +126,7 @@ impl RunSettings {
             bit_depth: args.bit_depth,
             params,
             model: args.model,
-            threads,
+            machine: Machine { threads, simd: args.simd, ..Machine::default() },
             on_error: args.on_error,
             destination,
             formats,
@@ -198,6 +206,12 @@ pub fn resolve_threads(threads: Option<usize>) -> Outcome<usize> {
             Err(Failure::usage(format_args!("--threads is {threads}, but it must be between 1 and {MOST_THREADS}")))
         }
     }
+}
+
+/// Threads that read pictures ahead beside `threads` that compute: they sleep while their queues are full.
+pub fn readers(threads: usize) -> usize {
+    const MOST: usize = 4;
+    threads.min(MOST)
 }
 
 fn destination(out: Option<PathBuf>, input: &Path, source: &Input) -> Outcome<Destination> {

@@ -7,6 +7,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::Stdio;
 
+use apgstmd_core::SimdLevel;
 use common::{HEIGHT, WIDTH, apgstmd, assert_found, command, csv_rows, folder, json, picture, results};
 
 #[test]
@@ -268,4 +269,33 @@ fn threads_do_not_change_the_numbers() {
     let one = table(1);
     assert!(one.lines().count() > 10);
     assert_eq!(one, table(3));
+}
+
+/// The level is clamped to the machine, named in the record, and changes numbers by rounding only.
+#[test]
+fn instruction_sets() {
+    let frames = folder(30);
+    let run = |level: &str| {
+        let (_parent, out) = results();
+        let ran = apgstmd(&format!("run {{in}} --out {{out}} --speed 1 --simd {level}"), frames.path(), &out).ok();
+        let used = json(&out.join("run.json"))["simd"].as_str().unwrap().to_owned();
+        assert!(ran.stderr.contains(&used), "{}", ran.stderr);
+        (used, csv_rows(&out.join("detections.csv")))
+    };
+    let (used, scalar) = run("scalar");
+    assert_eq!(used, "scalar");
+    let best = SimdLevel::best().name();
+    for level in SimdLevel::ALL {
+        let (used, rows) = run(level.name());
+        assert_eq!(used, level.clamped().name());
+        assert_eq!(rows.len(), scalar.len());
+        for (a, b) in rows.iter().zip(&scalar) {
+            assert!((a.score - b.score).abs() < 1e-3 * b.score && (a.x - b.x).abs() < 1e-2, "{a:?} {b:?}");
+        }
+    }
+    apgstmd("run {in} --out {out} --simd mmx", frames.path(), Path::new("unused")).fails(2, &["mmx", "avx512"]);
+    let version = apgstmd("--version", frames.path(), Path::new("unused")).ok().stdout;
+    assert!(version.contains(&format!("instruction set: {best}")) && version.contains("scalar"), "{version}");
+    let short = apgstmd("-V", frames.path(), Path::new("unused")).ok().stdout;
+    assert_eq!(short.trim(), concat!("apgstmd ", env!("CARGO_PKG_VERSION")));
 }

@@ -1,26 +1,26 @@
 //! `apgstmd demo`: a made-up scene, detected frame by frame as it is drawn, and judged against its truth.
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::Path;
 
 use apgstmd_core::evaluation::{Scored, TruthBox};
 use apgstmd_core::stimulus::{Renderer, Scene, Truth};
-use apgstmd_core::{Params, Preset};
+use apgstmd_core::{Machine, Params, Preset};
 
 use super::pipeline::{Options, Report, drive};
+use super::print;
 use super::verdict::{Verdict, speed_of_targets};
 use crate::Outcome;
 use crate::args::{DemoArgs, OnError};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::settings::resolve_threads;
+use crate::settings::{readers, resolve_threads};
 use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
 use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, Target};
 use crate::sink::{Seen, Sink};
-use crate::source::SceneFrames;
+use crate::source::{FrameSource, SceneFrames, Selection};
 
 pub(crate) fn main(args: DemoArgs) -> Outcome {
     let threads = resolve_threads(args.threads)?;
@@ -35,8 +35,11 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
 
     interrupt::listen();
     let mut found = Vec::new();
-    let options = Options { params: &params, threads, on_error: OnError::Stop, quiet: args.quiet };
-    let report = drive(&mut SceneFrames::new(&renderer), &options, || {
+    let machine = Machine::with_threads(threads);
+    let options = Options { params: &params, machine, on_error: OnError::Stop, dump: None, quiet: args.quiet };
+    let sources = Selection::all(scene.frames).turns(readers(threads));
+    let sources = sources.map(|part| Box::new(SceneFrames::new(&renderer, part)) as Box<dyn FrameSource>).collect();
+    let report = drive(sources, &options, || {
         results.prepare()?;
         let frames: Vec<usize> = (0..scene.frames).collect();
         Ok(vec![
@@ -72,8 +75,8 @@ fn holds_a_demo(folder: &Path) -> bool {
 struct Collect<'a>(&'a mut Vec<Scored>);
 
 impl Sink for Collect<'_> {
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
-        self.0.extend(seen.response.detections.iter().map(|d| Scored {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
+        self.0.extend(seen.detections.iter().map(|d| Scored {
             frame: seen.frame,
             x: f64::from(d.x),
             y: f64::from(d.y),
@@ -126,6 +129,7 @@ fn write_record(
         },
         size: size.into(),
         threads,
+        simd: Machine::default().level().name(),
         frames: report.frames,
         skipped: &report.skipped,
         interrupted: false,
@@ -141,16 +145,12 @@ fn write_record(
 }
 
 fn show(text: &str, folder: &Path) -> Outcome {
-    let mut stdout = io::stdout().lock();
     let place = |name: &str| folder.join(name).display().to_string();
-    write!(
-        stdout,
+    print(&format!(
         "{text}\nannotated frames  {}\ndetections        {}\nsummary           {}, {}\n",
         place(results::STRIP),
         place(results::CSV),
         place(results::SUMMARY),
         place(results::RUN),
-    )
-    .and_then(|()| stdout.flush())
-    .map_err(|error| Failure::write(Path::new("stdout"), error))
+    ))
 }

@@ -1,11 +1,11 @@
 //! `apgstmd eval`: detections against truth, as a table, JSON, CSV or a page.
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Evaluation, EvaluationError};
 
+use super::print;
 use crate::Outcome;
 use crate::args::EvalArgs;
 use crate::failure::Failure;
@@ -77,12 +77,4 @@ fn curve(evaluation: &Evaluation) -> String {
         );
     }
     text
-}
-
-fn print(text: &str) -> Outcome {
-    let mut stdout = io::stdout().lock();
-    stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-        .map_err(|error| Failure::write(Path::new("stdout"), error))
 }

@@ -1,5 +1,6 @@
 //! One file a command, and what they share.
 
+pub mod bench;
 pub mod demo;
 pub mod eval;
 pub mod params;
@@ -8,3 +9,18 @@ pub mod reproduce;
 pub mod run;
 pub mod synth;
 mod verdict;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::Outcome;
+use crate::failure::Failure;
+
+/// Text to stdout, all of it or an error.
+fn print(text: &str) -> Outcome {
+    let mut stdout = io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(|error| Failure::write(Path::new("stdout"), error))
+}

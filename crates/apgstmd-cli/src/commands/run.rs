@@ -7,7 +7,7 @@ use crate::Outcome;
 use crate::args::{Format, RunArgs};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::settings::{Destination, RunSettings};
+use crate::settings::{Destination, RunSettings, readers};
 use crate::sink::Sink;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
@@ -20,14 +20,15 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     let settings = RunSettings::resolve(*args)?;
     let results = check_results(&settings)?;
     interrupt::listen();
-    let mut source = settings.source.open(settings.selection, settings.bit_depth);
+    let sources = settings.source.open(settings.selection, settings.bit_depth, readers(settings.machine.threads));
     let options = Options {
         params: &settings.params,
-        threads: settings.threads,
+        machine: settings.machine.clone(),
         on_error: settings.on_error,
+        dump: settings.dump.as_ref(),
         quiet: settings.quiet,
     };
-    let report = drive(&mut *source, &options, || open_sinks(&settings, &results));
+    let report = drive(sources, &options, || open_sinks(&settings, &results));
     let recorded = match &settings.destination {
         Destination::Folder(folder) => write_record(&settings, &report, folder),
         Destination::Stdout => Ok(()),
@@ -101,7 +102,8 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
             },
         },
         size: size.into(),
-        threads: settings.threads,
+        threads: settings.machine.threads,
+        simd: settings.machine.level().name(),
         frames: report.frames,
         skipped: &report.skipped,
         interrupted: report.interrupted,
@@ -122,12 +124,25 @@ fn summarise(settings: &RunSettings, report: &Report) {
     let found = report.found;
     let seconds = report.wall.as_secs_f64();
     let rate = report.frames as f64 / seconds.max(1e-9);
+    let timing = report.timing();
     let mut lines = vec![
         format!(
-            "{} of {size} in {seconds:.1} s: {rate:.0} frames/s, {:.1} ms of computing a frame, {}",
+            "{} of {size} in {seconds:.1} s: {rate:.0} frames/s, {:.1} ms of computing a frame, {}, {}",
             count(report.frames, "frame"),
-            1e3 * report.timing().compute.median,
-            count(settings.threads, "thread"),
+            1e3 * timing.compute.median,
+            count(settings.machine.threads, "thread"),
+            settings.machine.level(),
+        ),
+        format!(
+            "at work side by side: reading {:.0} %, computing {:.0} %, writing {:.0} % of the time; {} limits",
+            100.0 * timing.busy.decode,
+            100.0 * timing.busy.compute,
+            100.0 * timing.busy.write,
+            match timing.limited_by {
+                "decode" => "reading",
+                "compute" => "computing",
+                _ => "writing",
+            }
         ),
         format!(
             "{} in {}, {}",

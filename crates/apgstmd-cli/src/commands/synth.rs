@@ -8,6 +8,7 @@ use std::thread;
 use apgstmd_core::stimulus::{Renderer, Scene, Truth};
 
 use super::pipeline::progress_bar;
+use super::print;
 use super::verdict::speed_of_targets;
 use crate::Outcome;
 use crate::args::SynthArgs;
@@ -106,12 +107,4 @@ fn summarise(scene: &Scene, truth: &[Truth], out: &Path) {
          next: apgstmd run {out}{flag} --out found; apgstmd eval found {out}",
         if *frames == 1 { "" } else { "s" },
     );
-}
-
-fn print(text: &str) -> Outcome {
-    let mut stdout = io::stdout().lock();
-    stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-        .map_err(|error| Failure::write(Path::new("stdout"), error))
 }

@@ -1,16 +1,10 @@
-//! The two curves as SVG. Colours are those that the page's style sheet knows.
+//! The two curves as SVG.
 
 use apgstmd_core::evaluation::{Evaluation, Point};
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 
-const SIZE: (u32, u32) = (560, 400);
-const INK: RGBColor = RGBColor(0x24, 0x29, 0x2f);
-const LINE: RGBColor = RGBColor(0xd0, 0xd7, 0xde);
-const CURVE: RGBColor = RGBColor(0x09, 0x69, 0xda);
-const MARK: RGBColor = RGBColor(0xbc, 0x4c, 0x00);
-const LETTERS: (&str, i32) = ("sans-serif", 15);
+use super::chart::{CURVE, INK, MARK, draw, frame, mesh};
+
 /// Steps shorter than this part of an axis are not seen.
 const UNSEEN: f64 = 1e-3;
 /// False alarms a frame between which the area is taken.
@@ -24,7 +18,7 @@ pub(super) fn roc(e: &Evaluation) -> String {
     let shaded: Vec<_> = cut(&curve, AREA);
     draw(|area| {
         let mut chart = frame(area).build_cartesian_2d((0.98 * low..high).log_scale(), 0.0..1.0)?;
-        mesh(&mut chart, "false alarms a frame", "detection rate", &|x: &f64| format!("{x}"))?;
+        mesh(&mut chart, ("false alarms a frame", &|x| format!("{x}")), ("detection rate", &tenths))?;
         chart.draw_series(AreaSeries::new(shaded.iter().copied(), 0.0, CURVE.mix(0.18)))?;
         chart.draw_series(LineSeries::new([(AREA, 0.0), (AREA, 1.0)], INK.mix(0.6)))?;
         // Beyond the last threshold there is nothing more to find: the rate stays.
@@ -43,7 +37,7 @@ pub(super) fn precision_recall(e: &Evaluation) -> String {
     let points = thinned(e.curve.iter().map(|p| (p.detection_rate, p.precision)));
     draw(|area| {
         let mut chart = frame(area).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
-        mesh(&mut chart, "recall (detection rate)", "precision", &|x: &f64| format!("{x:.1}"))?;
+        mesh(&mut chart, ("recall (detection rate)", &tenths), ("precision", &tenths))?;
         chart.draw_series(LineSeries::new(points, CURVE.stroke_width(2)))?;
         let best = e.best_f1.point.map(|p| (p.detection_rate, p.precision));
         chart.draw_series(best.map(|at| Circle::new(at, 4, MARK.filled())))?;
@@ -51,45 +45,8 @@ pub(super) fn precision_recall(e: &Evaluation) -> String {
     })
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn<'a, T = ()> = Result<T, DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
-
-fn draw(paint: impl for<'a> FnOnce(&Area<'a>) -> Drawn<'a>) -> String {
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        paint(&area).and_then(|()| area.present()).expect("a string takes every drawing");
-    }
-    svg
-}
-
-fn frame<'a, 'b>(area: &'b Area<'a>) -> ChartBuilder<'b, 'b, SVGBackend<'a>> {
-    let mut builder = ChartBuilder::on(area);
-    builder.margin(12).margin_right(20).x_label_area_size(48).y_label_area_size(56);
-    builder
-}
-
-fn mesh<'a, X>(
-    chart: &mut ChartContext<'_, SVGBackend<'a>, Cartesian2d<X, plotters::coord::types::RangedCoordf64>>,
-    x: &str,
-    y: &str,
-    number: &dyn Fn(&f64) -> String,
-) -> Drawn<'a>
-where
-    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(LINE)
-        .axis_style(INK)
-        .label_style(LETTERS.into_font().color(&INK))
-        .axis_desc_style(LETTERS.into_font().color(&INK))
-        .x_desc(x)
-        .y_desc(y)
-        .x_label_formatter(number)
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .draw()
+fn tenths(value: &f64) -> String {
+    format!("{value:.1}")
 }
 
 /// Left end of the axis: fewer false alarms than one in all frames there are not.

@@ -1,5 +1,6 @@
 //! An evaluation for people: a table, and a page with its curves.
 
+pub(crate) mod chart;
 mod figure;
 mod json;
 mod page;

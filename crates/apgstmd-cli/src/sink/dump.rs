@@ -10,12 +10,10 @@ use ndarray::{ArrayViewD, Axis};
 use super::{Seen, Sink};
 use crate::Outcome;
 use crate::failure::Failure;
-use crate::settings::{DumpSettings, FrameList};
+use crate::settings::DumpSettings;
 
-/// Writes the chosen stages of the chosen frames.
+/// Writes the maps that come with a frame.
 pub struct Dump {
-    stages: Vec<Stage>,
-    frames: Option<FrameList>,
     folder: PathBuf,
 }
 
@@ -25,19 +23,15 @@ impl Dump {
     /// # Errors
     /// It cannot be made.
     pub fn new(settings: &DumpSettings) -> Outcome<Self> {
-        let DumpSettings { stages, frames, folder } = settings.clone();
+        let folder = settings.folder.clone();
         fs::create_dir_all(&folder).map_err(|error| Failure::write(&folder, error))?;
-        Ok(Self { stages, frames, folder })
+        Ok(Self { folder })
     }
 }
 
 impl Sink for Dump {
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
-        if self.frames.as_ref().is_some_and(|frames| !frames.contains(seen.frame)) {
-            return Ok(());
-        }
-        for stage in &self.stages {
-            let maps = seen.probe.stage(*stage).map_err(Failure::failed)?;
+    fn frame(&mut self, seen: &Seen) -> Outcome {
+        for (stage, maps) in &seen.maps {
             let path = self.folder.join(file_name(*stage, seen.frame));
             let view =
                 if stage.planes() == 1 { maps.index_axis(Axis(0), 0).into_dyn() } else { maps.view().into_dyn() };

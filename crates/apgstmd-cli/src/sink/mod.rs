@@ -8,23 +8,24 @@ pub mod run_json;
 pub mod scene_folder;
 pub mod table;
 
-use apgstmd_core::{Probe, Response};
+use apgstmd_core::{Detection, Stage};
+use ndarray::Array3;
 
 use crate::Outcome;
 use crate::source::Picture;
 
 /// One processed frame.
-pub struct Seen<'a> {
+pub struct Seen {
     /// Number of the frame in its source.
     pub frame: usize,
     /// Its name.
-    pub name: &'a str,
+    pub name: String,
     /// What went in.
-    pub picture: &'a Picture,
-    /// What came out.
-    pub response: &'a Response,
-    /// What happened inside.
-    pub probe: Probe<'a>,
+    pub picture: Picture,
+    /// What was found, strongest first.
+    pub detections: Vec<Detection>,
+    /// What happened inside, as far as that is to be written.
+    pub maps: Vec<(Stage, Array3<f32>)>,
 }
 
 /// A receiver of results.
@@ -33,7 +34,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// Writing failed.
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome;
+    fn frame(&mut self, seen: &Seen) -> Outcome;
 
     /// The last frame is through, or the run ends early.
     ///

@@ -28,8 +28,10 @@ pub struct RunRecord<'a> {
     pub input: Input<'a>,
     /// Size of the frames.
     pub size: SizeRecord,
-    /// Threads.
+    /// Threads that computed.
     pub threads: usize,
+    /// Instruction set.
+    pub simd: &'static str,
     /// Frames processed.
     pub frames: usize,
     /// Pictures left out, and why.
@@ -119,8 +121,38 @@ pub struct Timing {
     pub compute: Statistic,
     /// Tables, pictures, inner maps.
     pub write: Statistic,
-    /// All of it.
+    /// All of it, one after the other.
     pub total: Statistic,
+    /// What passed: wall time of the run over its frames. The three go on side by side.
+    pub wall: f64,
+    /// Which of the three the others waited for.
+    pub limited_by: &'static str,
+    /// How much of the wall time each was at work.
+    pub busy: Busy,
+}
+
+/// Shares of the wall time; of `decode`, the mean over the threads that read.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Busy {
+    /// Reading and decoding.
+    pub decode: f64,
+    /// The model.
+    pub compute: f64,
+    /// Tables, pictures, inner maps.
+    pub write: f64,
+}
+
+impl Busy {
+    /// Name of the busiest.
+    pub fn largest(&self) -> &'static str {
+        if self.compute >= self.decode.max(self.write) {
+            "compute"
+        } else if self.decode >= self.write {
+            "decode"
+        } else {
+            "write"
+        }
+    }
 }
 
 /// Over frames.
@@ -168,5 +200,17 @@ mod tests {
         assert_eq!((statistic.mean, statistic.median), (2.0, 1.5));
         assert_eq!(Statistic::of(&[3.0]).median, 3.0);
         assert_eq!(Statistic::of(&[]).mean, 0.0);
+    }
+
+    #[test]
+    fn the_busiest_limits() {
+        for (decode, compute, write, name) in [
+            (0.9, 0.5, 0.1, "decode"),
+            (0.9, 0.95, 0.1, "compute"),
+            (0.2, 0.3, 0.8, "write"),
+            (0.0, 0.0, 0.0, "compute"),
+        ] {
+            assert_eq!(Busy { decode, compute, write }.largest(), name);
+        }
     }
 }

@@ -26,10 +26,10 @@ struct Row<'a> {
     trace: u64,
 }
 
-fn rows<'a>(seen: &'a Seen<'_>) -> impl Iterator<Item = Row<'a>> {
-    seen.response.detections.iter().map(|detection| Row {
+fn rows<'a>(seen: &'a Seen) -> impl Iterator<Item = Row<'a>> {
+    seen.detections.iter().map(|detection| Row {
         frame: seen.frame,
-        name: seen.name,
+        name: &seen.name,
         x: detection.x,
         y: detection.y,
         score: detection.score,
@@ -81,7 +81,7 @@ impl Csv {
 }
 
 impl Sink for Csv {
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
         for row in rows(seen) {
             self.writer.serialize(row).map_err(|error| Failure::write(&self.path, io_error(error)))?;
         }
@@ -111,7 +111,7 @@ impl JsonLines {
 }
 
 impl Sink for JsonLines {
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
         for row in rows(seen) {
             serde_json::to_writer(&mut self.out, &row).map_err(|error| Failure::write(&self.path, error))?;
             self.out.write_all(b"\n").map_err(|error| Failure::write(&self.path, error))?;

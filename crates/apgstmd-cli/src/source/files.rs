@@ -3,21 +3,21 @@
 use super::{Arrival, FrameSource, Listing, Selection, decode};
 
 /// Picture files in natural order; the frame's number is its place in that order.
-pub struct PictureFiles {
-    listing: Listing,
+pub struct PictureFiles<'a> {
+    listing: &'a Listing,
     selection: Selection,
     bit_depth: Option<u32>,
     next: usize,
 }
 
-impl PictureFiles {
+impl<'a> PictureFiles<'a> {
     /// The selected pictures of a listing.
-    pub fn new(listing: Listing, selection: Selection, bit_depth: Option<u32>) -> Self {
+    pub fn new(listing: &'a Listing, selection: Selection, bit_depth: Option<u32>) -> Self {
         Self { listing, selection, bit_depth, next: selection.start }
     }
 }
 
-impl FrameSource for PictureFiles {
+impl FrameSource for PictureFiles<'_> {
     fn expected(&self) -> Option<usize> {
         Some(self.selection.frames().len())
     }

@@ -45,11 +45,14 @@ impl Input {
         }
     }
 
-    /// The selected frames as a stream.
-    pub fn open(&self, selection: Selection, bit_depth: Option<u32>) -> Box<dyn FrameSource + '_> {
-        match self {
-            Self::Pictures(listing) => Box::new(PictureFiles::new(listing.clone(), selection, bit_depth)),
-            Self::Scene(file) => Box::new(SceneFrames::selected(file.renderer(), selection)),
-        }
+    /// The selected frames as streams that take turns, at most `parts` of them, to be read side by side.
+    pub fn open(&self, selection: Selection, bit_depth: Option<u32>, parts: usize) -> Vec<Box<dyn FrameSource + '_>> {
+        let open = |part: Selection| -> Box<dyn FrameSource + '_> {
+            match self {
+                Self::Pictures(listing) => Box::new(PictureFiles::new(listing, part, bit_depth)),
+                Self::Scene(file) => Box::new(SceneFrames::new(file.renderer(), part)),
+            }
+        };
+        selection.turns(parts).map(open).collect()
     }
 }

@@ -21,8 +21,8 @@ pub(crate) use scene::frame_name;
 pub use scene_file::{Overrides, SceneFile, is_scene};
 pub use selection::Selection;
 
-/// A stream of numbered frames.
-pub trait FrameSource {
+/// A stream of numbered frames. A thread of its own reads it.
+pub trait FrameSource: Send {
     /// How many frames will arrive, where that is known beforehand.
     fn expected(&self) -> Option<usize>;
     /// The next frame, readable or not; `None` at the end.
@@ -75,6 +75,16 @@ impl Picture {
         match self.bits {
             Some(bits) => frame.with_bits(bits),
             None => frame,
+        }
+    }
+
+    /// Memory of its samples.
+    pub fn bytes(&self) -> usize {
+        match &self.pixels {
+            Pixels::U8(samples) => samples.len(),
+            Pixels::U16(samples) => 2 * samples.len(),
+            Pixels::F32(samples) => 4 * samples.len(),
+            Pixels::F64(samples) => 8 * samples.len(),
         }
     }
 

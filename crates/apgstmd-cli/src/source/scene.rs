@@ -13,13 +13,8 @@ pub struct SceneFrames<'a> {
 }
 
 impl<'a> SceneFrames<'a> {
-    /// All of them.
-    pub fn new(renderer: &'a Renderer) -> Self {
-        Self::selected(renderer, Selection { start: 0, stop: renderer.scene().frames, step: 1 })
-    }
-
     /// Some of them.
-    pub fn selected(renderer: &'a Renderer, selection: Selection) -> Self {
+    pub fn new(renderer: &'a Renderer, selection: Selection) -> Self {
         Self { renderer, selection, next: selection.start }
     }
 }

@@ -39,6 +39,17 @@ impl Selection {
         Ok(Self { start, stop: stop.unwrap_or(count).min(count), step })
     }
 
+    /// All of a sequence.
+    pub fn all(count: usize) -> Self {
+        Self { start: 0, stop: count, step: 1 }
+    }
+
+    /// Selections that take turns, at most `parts` of them: one frame of each, over and over, gives these frames.
+    pub fn turns(self, parts: usize) -> impl Iterator<Item = Self> {
+        let parts = parts.clamp(1, self.frames().len().max(1));
+        (0..parts).map(move |part| Self { start: self.start + part * self.step, step: self.step * parts, ..self })
+    }
+
     /// The selected frames in order.
     pub fn frames(self) -> impl ExactSizeIterator<Item = usize> {
         (self.start..self.stop).step_by(self.step)
@@ -58,6 +69,20 @@ impl Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turns_are_the_whole() {
+        for (start, stop, step) in [(0, 10, 1), (3, 11, 4), (2, 3, 1), (5, 100, 7)] {
+            let selection = Selection::new(start, Some(stop), step, 100).unwrap();
+            for parts in 0..5 {
+                let turns: Vec<Vec<usize>> = selection.turns(parts).map(|turn| turn.frames().collect()).collect();
+                assert!(turns.len() <= parts.max(1) && turns.iter().all(|turn| !turn.is_empty()));
+                let longest = turns[0].len();
+                let whole = (0..longest).flat_map(|i| turns.iter().filter_map(move |turn| turn.get(i).copied()));
+                assert_eq!(whole.collect::<Vec<_>>(), selection.frames().collect::<Vec<_>>());
+            }
+        }
+    }
 
     #[test]
     fn selects_as_a_python_slice_does() {

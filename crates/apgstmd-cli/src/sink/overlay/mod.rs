@@ -75,30 +75,30 @@ impl Overlay {
 }
 
 impl Sink for Overlay {
-    fn frame(&mut self, seen: &Seen<'_>) -> Outcome {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
         self.count += 1;
-        self.detections += seen.response.detections.len();
-        self.strongest = seen.response.detections.iter().map(|d| d.score).fold(self.strongest, f32::max);
+        self.detections += seen.detections.len();
+        self.strongest = seen.detections.iter().map(|d| d.score).fold(self.strongest, f32::max);
         let (clear, faint): (Vec<_>, Vec<_>) =
-            seen.response.detections.iter().copied().partition(|d| d.score >= FAINT_BELOW * self.strongest);
+            seen.detections.iter().copied().partition(|d| d.score >= FAINT_BELOW * self.strongest);
         self.trails.add(seen.frame, &clear);
         let on_strip = self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted);
         if self.frames.is_none() && !on_strip {
             return Ok(());
         }
-        let tone = self.tone.get_or_insert_with(|| Tone::of(seen.picture));
+        let tone = self.tone.get_or_insert_with(|| Tone::of(&seen.picture));
         let scene = Scene {
-            picture: &tone.render(seen.picture),
+            picture: &tone.render(&seen.picture),
             clear: &clear,
             faint: &faint,
             trails: &self.trails,
             frame: seen.frame,
-            name: seen.name,
+            name: &seen.name,
         };
         let size = seen.picture.size();
         if let Some(folder) = self.frames.clone() {
             let drawn = annotate(&scene, frame_scale(size));
-            let path = folder.join(file_name(&mut self.names, seen.name, seen.frame));
+            let path = folder.join(file_name(&mut self.names, &seen.name, seen.frame));
             save(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
         }
         if on_strip {

@@ -1,0 +1,210 @@
+//! The model over what was read, in blocks of what is there: a block gives the same bits as its frames one by one.
+
+use std::sync::mpsc::SyncSender;
+use std::time::{Duration, Instant};
+
+use apgstmd_core::{Detector, Frame, ParamError, Response, Size};
+use indicatif::ProgressBar;
+
+use super::Options;
+use super::ahead::{Read, ReadAhead, room};
+use crate::Outcome;
+use crate::args::OnError;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::sink::Seen;
+use crate::sink::run_json::Skipped;
+use crate::source::{Arrival, Picture};
+
+/// A computed frame on its way to the sinks.
+pub(super) struct Computed {
+    pub seen: Seen,
+    pub size: Size,
+    pub decode: Duration,
+    pub compute: Duration,
+    /// Copying the inner maps that are to be written.
+    pub copy: Duration,
+}
+
+/// What became of the frames that left no result.
+#[derive(Default)]
+pub(super) struct Left {
+    pub skipped: Vec<Skipped>,
+    pub interrupted: bool,
+}
+
+/// The receiver of results has gone, with an error of its own.
+struct Gone;
+
+/// Why computing ends before the last frame.
+enum End {
+    Failed(Failure),
+    Gone,
+}
+
+impl From<Gone> for End {
+    fn from(_: Gone) -> Self {
+        Self::Gone
+    }
+}
+
+impl From<Failure> for End {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+struct Model {
+    detector: Detector,
+    /// As many as frames are computed together.
+    responses: Vec<Response>,
+    /// Where its first picture came from.
+    first: String,
+}
+
+/// A picture that fits the detector.
+struct Accepted {
+    frame: usize,
+    name: String,
+    origin: String,
+    picture: Picture,
+    decode: Duration,
+}
+
+pub(super) struct Compute<'a> {
+    options: &'a Options<'a>,
+    bar: &'a ProgressBar,
+    results: SyncSender<Computed>,
+    model: Option<Model>,
+    left: Left,
+}
+
+impl<'a> Compute<'a> {
+    pub fn new(options: &'a Options<'a>, bar: &'a ProgressBar, results: SyncSender<Computed>) -> Self {
+        Self { options, bar, results, model: None, left: Left::default() }
+    }
+
+    /// Until the last frame, an error, Ctrl-C, or nobody takes the results.
+    pub fn run(mut self, mut ahead: ReadAhead) -> (Left, Outcome) {
+        let outcome = match self.blocks(&mut ahead) {
+            Ok(()) | Err(End::Gone) => Ok(()),
+            Err(End::Failed(failure)) => Err(failure),
+        };
+        (self.left, outcome)
+    }
+
+    fn blocks(&mut self, ahead: &mut ReadAhead) -> Result<(), End> {
+        loop {
+            if interrupt::asked() {
+                self.left.interrupted = true;
+                return Ok(());
+            }
+            let Some(read) = ahead.next() else { return Ok(()) };
+            let mut block = Vec::new();
+            self.take(read, &mut block)?;
+            let most = self.model.as_ref().map_or(1, |model| model.responses.len());
+            while block.len() < most
+                && let Some(read) = ahead.next_at_hand()
+            {
+                self.take(read, &mut block)?;
+            }
+            self.process(block)?;
+        }
+    }
+
+    /// Adds a picture to the block. One that cannot be used comes after those before it have been computed.
+    fn take(&mut self, read: Read, block: &mut Vec<Accepted>) -> Result<(), End> {
+        let Read { arrival: Arrival { frame, name, origin, picture }, spent } = read;
+        match picture.and_then(|picture| self.fits(&picture).map(|()| picture)) {
+            Ok(picture) => {
+                if self.model.is_none() {
+                    self.model = Some(self.make(&picture, &origin)?);
+                }
+                block.push(Accepted { frame, name, origin, picture, decode: spent });
+                Ok(())
+            }
+            Err(reason) => {
+                self.process(std::mem::take(block))?;
+                Ok(self.refuse(frame, name, &origin, reason)?)
+            }
+        }
+    }
+
+    fn fits(&self, picture: &Picture) -> Result<(), String> {
+        match &self.model {
+            Some(model) if model.detector.size() != picture.size() => Err(format!(
+                "it is {} (height x width), but {} is {}: all pictures must have one size",
+                picture.size(),
+                model.first,
+                model.detector.size()
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn refuse(&mut self, frame: usize, name: String, origin: &str, reason: String) -> Outcome {
+        self.bar.inc(1);
+        match self.options.on_error {
+            OnError::Stop => Err(Failure::failed(format_args!("cannot use {origin}: {reason}"))
+                .hint("--on-error skip leaves out pictures that cannot be used")),
+            OnError::Skip => {
+                self.left.skipped.push(Skipped { frame, name, reason });
+                Ok(())
+            }
+        }
+    }
+
+    fn make(&self, picture: &Picture, origin: &str) -> Outcome<Model> {
+        let detector = new_detector(picture, origin, self.options)?;
+        let response = detector.make_response();
+        let bytes = picture.bytes() + size_of_val(&response.map[[0, 0]]) * 2 * response.map.len();
+        // Only the last frame of a block can be looked into.
+        let most = if self.options.dump.is_some() { 1 } else { detector.block_len().min(room(bytes)) };
+        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector })
+    }
+
+    fn process(&mut self, block: Vec<Accepted>) -> Result<(), End> {
+        let mut block = block.into_iter();
+        while let Some(Model { detector, responses, .. }) = &mut self.model
+            && block.len() > 0
+        {
+            let begin = Instant::now();
+            let before = detector.frames();
+            let frames: Vec<Frame<'_>> = block.as_slice().iter().map(|accepted| accepted.picture.frame()).collect();
+            let processed = detector.process_block(&frames, &mut responses[..frames.len()]);
+            let done = (detector.frames() - before) as usize;
+            let compute = begin.elapsed() / done.max(1) as u32;
+            for (index, accepted) in block.by_ref().take(done).enumerate() {
+                self.send(accepted, index, compute)?;
+            }
+            if let (Err(error), Some(Accepted { frame, name, origin, .. })) = (processed, block.next()) {
+                self.refuse(frame, name, &origin, error.to_string())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn send(&self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
+        let Some(Model { detector, responses, .. }) = &self.model else { return Ok(()) };
+        let Accepted { frame, name, picture, decode, .. } = accepted;
+        let begin = Instant::now();
+        let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));
+        let copied = wanted.iter().map(|&stage| Ok((stage, detector.probe().stage(stage).map_err(Failure::failed)?)));
+        let maps = copied.collect::<Outcome<Vec<_>>>()?;
+        let copy = begin.elapsed();
+        let seen = Seen { frame, name, picture, detections: responses[index].detections.clone(), maps };
+        self.bar.inc(1);
+        let computed = Computed { seen, size: detector.size(), decode, compute, copy };
+        Ok(self.results.send(computed).map_err(|_| Gone)?)
+    }
+}
+
+fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outcome<Detector> {
+    Detector::with_options(picture.size(), options.params, &options.machine).map_err(|error| match error {
+        ParamError::TooSmall { .. } | ParamError::TooLarge { .. } => {
+            Failure::failed(format_args!("cannot use {origin}: {error}"))
+        }
+        ParamError::ThreadStart { .. } => Failure::failed(error),
+        _ => Failure::usage(error),
+    })
+}
