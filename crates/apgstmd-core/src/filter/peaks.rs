@@ -1,7 +1,11 @@
 //! Peaks of a map: maxima of their square neighbourhood.
 
+use std::ops::Range;
+
+use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
+use crate::row::bands::{Bands, Table};
 
 /// A peak of the response.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,46 +21,84 @@ pub(crate) struct Peak {
 heap!(Peak);
 
 /// Most peaks a map can have: one in each square of radius + 1.
-pub(crate) fn most(size: crate::frame::Size, radius: usize) -> usize {
+pub(crate) fn most(size: Size, radius: usize) -> usize {
     size.height.div_ceil(radius + 1) * size.width.div_ceil(radius + 1)
 }
 
-/// The `count` strongest values above `threshold` that no value within `radius` exceeds, strongest first. Of equal
-/// values the first in reading order is the peak. `peaks` must have room for [`most`].
-pub(crate) fn find(map: &Plane, radius: usize, threshold: f32, count: usize, peaks: &mut Vec<Peak>) {
-    let size = map.size();
-    let threshold = threshold.max(0.0);
-    peaks.clear();
-    // A peak is the maximum of its square of radius + 1, so only those are looked at (Neubeck & Van Gool, 2006).
-    for top in (0..size.height).step_by(radius + 1) {
-        let bottom = (top + radius + 1).min(size.height);
-        // Rows in which nothing exceeds the threshold, of which there may be many, cost one look.
-        if !(top..bottom).any(|y| map.row(y).iter().fold(false, |any, value| any | (*value > threshold))) {
-            continue;
-        }
-        for left in (0..size.width).step_by(radius + 1) {
-            let right = (left + radius + 1).min(size.width);
-            let mut best = (threshold, 0, 0);
-            for y in top..bottom {
-                for (x, &value) in map.row(y)[left..right].iter().enumerate() {
-                    if value > best.0 {
-                        best = (value, left + x, y);
+/// Finds the peaks of maps of one size.
+pub(crate) struct PeakFinder {
+    radius: usize,
+    threshold: f32,
+    count: usize,
+    /// Squares of radius + 1 across the map.
+    across: usize,
+    /// The peak of each square, if it has one.
+    squares: Vec<Option<Peak>>,
+    /// The strongest ones, strongest first.
+    pub peaks: Vec<Peak>,
+}
+
+heap!(Peak);
+heap!(PeakFinder { squares, peaks });
+
+/// Rows of a band of squares.
+const PEAK_ROWS: usize = 32;
+
+impl PeakFinder {
+    /// For the `count` strongest values above `threshold` that no value within `radius` exceeds. Of equal values the
+    /// first in reading order is the peak.
+    pub fn new(size: Size, radius: usize, threshold: f32, count: usize) -> Self {
+        let most = most(size, radius);
+        let across = size.width.div_ceil(radius + 1);
+        let (squares, peaks) = (vec![None; most], Vec::with_capacity(most));
+        Self { radius, threshold: threshold.max(0.0), count, across, squares, peaks }
+    }
+
+    pub fn find(&mut self, bands: &Bands, map: &Plane) {
+        let Self { radius, threshold, across, squares, .. } = self;
+        let side = *radius + 1;
+        let (size, down) = (map.size(), squares.len() / *across);
+        let out = Table { values: squares, stride: *across };
+        bands.over_long(down, PEAK_ROWS.div_ceil(side), out, |range, out| {
+            for (squares, top) in out.values.chunks_exact_mut(out.stride).zip(range.map(|row| row * side)) {
+                let rows = top..(top + side).min(size.height);
+                // Rows in which nothing exceeds the threshold, of which there may be many, cost one look.
+                let above = |y: usize| map.row(y).iter().fold(false, |any, value| any | (*value > *threshold));
+                if rows.clone().any(above) {
+                    for (square, left) in squares.iter_mut().zip((0..size.width).step_by(side)) {
+                        *square = peak_of(map, rows.clone(), left..(left + side).min(size.width), *radius, *threshold);
                     }
+                } else {
+                    squares.fill(None);
                 }
             }
-            let (value, x, y) = best;
-            if value > threshold && is_peak(map, x, y, radius) {
-                let row = map.row(y);
-                let column = |y: usize| map.row(y)[x];
-                let sub_x = if x > 0 && x + 1 < size.width { vertex(row[x - 1], value, row[x + 1]) } else { 0.0 };
-                let sub_y =
-                    if y > 0 && y + 1 < size.height { vertex(column(y - 1), value, column(y + 1)) } else { 0.0 };
-                peaks.push(Peak { x, y, value, sub_x: x as f32 + sub_x, sub_y: y as f32 + sub_y });
+        });
+        self.peaks.clear();
+        self.peaks.extend(self.squares.iter().flatten());
+        self.peaks.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then((a.y, a.x).cmp(&(b.y, b.x))));
+        self.peaks.truncate(self.count);
+    }
+}
+
+/// The peak in a square of radius + 1, if there is one: a peak is the maximum of its square, so only that is looked at
+/// (Neubeck & Van Gool, 2006).
+fn peak_of(map: &Plane, rows: Range<usize>, columns: Range<usize>, radius: usize, threshold: f32) -> Option<Peak> {
+    let Size { height, width } = map.size();
+    let mut best = (threshold, 0, 0);
+    for y in rows {
+        for (x, &value) in columns.clone().zip(&map.row(y)[columns.clone()]) {
+            if value > best.0 {
+                best = (value, x, y);
             }
         }
     }
-    peaks.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then((a.y, a.x).cmp(&(b.y, b.x))));
-    peaks.truncate(count);
+    let (value, x, y) = best;
+    (value > threshold && is_peak(map, x, y, radius)).then(|| {
+        let (row, column) = (map.row(y), |y: usize| map.row(y)[x]);
+        let sub_x = if x > 0 && x + 1 < width { vertex(row[x - 1], value, row[x + 1]) } else { 0.0 };
+        let sub_y = if y > 0 && y + 1 < height { vertex(column(y - 1), value, column(y + 1)) } else { 0.0 };
+        Peak { x, y, value, sub_x: x as f32 + sub_x, sub_y: y as f32 + sub_y }
+    })
 }
 
 fn is_peak(map: &Plane, x: usize, y: usize, radius: usize) -> bool {
@@ -79,7 +121,6 @@ fn vertex(before: f32, middle: f32, after: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Size;
 
     #[test]
     fn as_by_definition() {
@@ -94,8 +135,9 @@ mod tests {
             });
         }
         for radius in [1, 2, 5] {
-            let mut peaks = Vec::with_capacity(most(size, radius));
-            find(&map, radius, 3.0, usize::MAX, &mut peaks);
+            let mut finder = PeakFinder::new(size, radius, 3.0, usize::MAX);
+            finder.find(&Bands::single(), &map);
+            let peaks = &finder.peaks;
             let mut expected: Vec<(usize, usize)> = (0..size.height)
                 .flat_map(|y| (0..size.width).map(move |x| (y, x)))
                 .filter(|&(y, x)| map.row(y)[x] > 3.0 && is_peak(&map, x, y, radius))
@@ -117,8 +159,9 @@ mod tests {
                 map.row_mut(y)[x] = 100.0 - (x as f32 - 6.3).powi(2) - (y as f32 - 8.8).powi(2);
             }
         }
-        let mut peaks = Vec::new();
-        find(&map, 5, 0.0, 1, &mut peaks);
+        let mut finder = PeakFinder::new(map.size(), 5, 0.0, 1);
+        finder.find(&Bands::single(), &map);
+        let peaks = &finder.peaks;
         assert!((peaks[0].sub_x - 6.3).abs() < 1e-4 && (peaks[0].sub_y - 8.8).abs() < 1e-4);
     }
 }

@@ -83,7 +83,7 @@ impl Wiring for ApgStmd {
             clock.lap_tiles(Part::Lobula, lobula.tiles());
         };
         bands.both(vision, || rejection.follow(p));
-        rejection.process(p, &lobula.e, &lobula.strongest);
+        rejection.process(bands, p, &lobula.e, &lobula.strongest);
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);
         prediction.process(bands, kept, &rejection.kept_tiles, memorizer);

@@ -64,7 +64,7 @@ impl Wiring for Cascaded {
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
         rejection.follow(p);
-        rejection.process(p, &emd.e, &emd.strongest);
+        rejection.process(bands, p, &emd.e, &emd.strongest);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
         clock.lap(Part::Facilitation);

@@ -69,7 +69,7 @@ impl Wiring for Dstmd {
         clock.lap_tiles(Part::Lobula, lobula.tiles());
         clock.count_tiles(Grid::new(p.size()).count());
         rejection.follow(p);
-        rejection.process(p, &lobula.e, &lobula.strongest);
+        rejection.process(bands, p, &lobula.e, &lobula.strongest);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);

@@ -61,7 +61,7 @@ impl Wiring for Estmd {
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
         rejection.follow(p);
-        rejection.process(p, from_ref(&estmd.y), &estmd.y);
+        rejection.process(bands, p, from_ref(&estmd.y), &estmd.y);
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, from_ref(&estmd.y), response);
         clock.lap(Part::Facilitation);

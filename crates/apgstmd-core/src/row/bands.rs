@@ -57,6 +57,19 @@ impl<T: Send> Split for Slice<'_, T> {
     }
 }
 
+/// Several values a row.
+pub(crate) struct Table<'a, T> {
+    pub values: &'a mut [T],
+    pub stride: usize,
+}
+
+impl<T: Send> Split for Table<'_, T> {
+    fn split(self, rows: usize) -> (Self, Self) {
+        let (head, tail) = self.values.split_at_mut(rows * self.stride);
+        (Self { values: head, stride: self.stride }, Self { values: tail, stride: self.stride })
+    }
+}
+
 impl<T: Split, const N: usize> Split for [T; N] {
     fn split(self, rows: usize) -> (Self, Self) {
         let mut tails = [const { None }; N];

@@ -257,3 +257,61 @@ fn gather_at<S: Simd, const V: usize>(simd: S, rows: SpreadRows<'_>, kernel: &La
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::machine::SimdLevel;
+
+    /// Every instruction set against nested loops, for cores of any size and widths that are not a multiple of the blocks.
+    #[test]
+    fn spread_and_gathered_by_definition() {
+        let mut seed = 5u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            seed as f32 / u32::MAX as f32
+        };
+        for (radius, reach, width) in [(1, 0, 16), (2, 2, 48), (7, 2, 80), (7, 7, 64), (9, 4, 112)] {
+            let mut taps = |count: usize| (0..count).map(|_| [random(), random() - 1.0]).collect::<Vec<_>>();
+            let (along, across) = (taps(radius + 1), taps(radius + 1));
+            let core = (0..=reach).map(|_| (0..=reach).map(|_| random()).collect()).collect();
+            let kernel = Lateral { along, across, core };
+            let (rows, stride) = (2 * radius + 1, width + 2 * radius);
+            let src: Vec<f32> = (0..rows * stride).map(|_| random()).collect();
+            let tap = |dy: usize, dx: usize| {
+                let smooth: f64 =
+                    (0..2).map(|k| f64::from(kernel.along[dx][k]) * f64::from(kernel.across[dy][k])).sum();
+                let core = kernel.core.get(dy).and_then(|row| row.get(dx)).map_or(0.0, |tap| f64::from(*tap));
+                [smooth, core]
+            };
+            for simd in SimdLevel::available() {
+                let slots = rows.next_power_of_two();
+                let size = kernel.rows() * width;
+                let mut data = vec![0.0; slots * size];
+                for (src, out) in src.chunks_exact(stride).zip(data.chunks_exact_mut(size)) {
+                    spread(simd.level(), src, &kernel, out);
+                }
+                let spread = SpreadRows { data: &data, slots, width, middle: radius };
+                let (mut out, mut center, mut surround) = (vec![0.0; width], vec![0.0; width], vec![0.0; width]);
+                gather(simd.level(), spread, &kernel, &mut out);
+                gather_parts(simd.level(), spread, &kernel, [&mut center, &mut surround]);
+                for x in 0..width {
+                    let mut truth = [0.0; 2];
+                    for y in 0..rows {
+                        for column in 0..rows {
+                            let taps = tap(y.abs_diff(radius), column.abs_diff(radius));
+                            let value = f64::from(src[y * stride + x + column]);
+                            truth = [truth[0] + taps[0] * value, truth[1] + taps[1] * value];
+                        }
+                    }
+                    let [smooth, inner] = truth;
+                    let given = [out[x], center[x], surround[x]].map(f64::from);
+                    for (given, truth) in given.into_iter().zip([(smooth + inner).max(0.0), inner, smooth - inner]) {
+                        // Some hundred terms of size up to one.
+                        assert!((given - truth).abs() < 1e-3, "{simd}, radius {radius}, column {x}: {given} {truth}");
+                    }
+                }
+            }
+        }
+    }
+}

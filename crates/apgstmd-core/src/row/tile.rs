@@ -198,3 +198,50 @@ fn add_row<S: Simd, const FROM: usize, const TO: usize>(
     }
     *sums = now;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::machine::SimdLevel;
+
+    /// Every instruction set against nested loops, and rows and columns passed over against none passed over.
+    #[test]
+    fn correlation_by_definition_whatever_is_passed_over() {
+        let mut seed = 11u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            seed as f32 / u32::MAX as f32
+        };
+        for side in [1, 3, 7, 27] {
+            let rows = side + TILE - 1;
+            let (stride, taps): (usize, Vec<f32>) = (rows + 5, (0..side * side).map(|_| random()).collect());
+            let mut src = vec![0.0; rows * stride + TILE];
+            let mut spans = vec![0..0; rows];
+            for (y, span) in spans.iter_mut().enumerate().filter(|(y, _)| y % 3 != 0) {
+                *span = y % rows..(y + 4).min(rows);
+                span.clone().for_each(|x| src[y * stride + x] = random());
+            }
+            let (kernel, whole) = (TileKernel::new(&taps), vec![0..rows; rows]);
+            for simd in SimdLevel::available() {
+                let correlate = |spans: &[Range<usize>], halves| {
+                    let mut out = vec![7.0; TILE * TILE];
+                    correlate_tile(simd.level(), &src, stride, spans, &kernel, halves, &mut out);
+                    out
+                };
+                let out = correlate(&spans, [true; 2]);
+                assert_eq!(out, correlate(&whole, [true; 2]), "{simd}, side {side}");
+                let lower = correlate(&spans, [false, true]);
+                assert!(lower[..TILE * ROWS].iter().all(|value| *value == 0.0));
+                assert_eq!(lower[TILE * ROWS..], out[TILE * ROWS..]);
+                for (place, given) in out.iter().enumerate() {
+                    let (y, x) = (place / TILE, place % TILE);
+                    let truth: f64 = (0..side * side)
+                        .map(|i| f64::from(taps[i]) * f64::from(src[(y + i / side) * stride + x + i % side]))
+                        .sum();
+                    // Positive terms, at most 729 roundings of half a unit in the last place.
+                    assert!((f64::from(*given) - truth).abs() <= 1e-5 * truth, "{simd}, side {side}: {given} {truth}");
+                }
+            }
+        }
+    }
+}

@@ -106,10 +106,10 @@ impl Lobula {
                             }
                         }
                     }
-                    for row in 0..range.len() {
+                    for (row, active) in active.into_iter().enumerate().take(range.len()) {
                         let strongest = &mut strongest.row(row)[left..left + width];
                         let e = e.each_mut().map(|rows| &mut rows.row(row)[left..left + width]);
-                        if active[row] {
+                        if active {
                             let s = s.each_ref().map(|s| &s.row(row)[..width]);
                             inhibit_directions(level, s, between, *floor, e, strongest);
                         } else {

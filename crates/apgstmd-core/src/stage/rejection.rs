@@ -4,11 +4,12 @@
 //! everything; `contrast` asks that directional contrast vary along the trace (STMD+); `motion` asks that the trace move,
 //! in a line, relative to the background.
 
-use crate::filter::peaks::{Peak, find, most};
+use crate::filter::peaks::{Peak, PeakFinder, most};
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{Params, RejectionMode};
 use crate::plane::Plane;
+use crate::row::bands::Bands;
 use crate::stage::background::Background;
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
@@ -17,15 +18,12 @@ use crate::tiles::Grid;
 /// N: maps of E, 8 directions or one that has none.
 pub(crate) struct Rejection<const N: usize> {
     mode: RejectionMode,
-    threshold: f32,
-    peak_radius: usize,
-    max_peaks: usize,
+    finder: PeakFinder,
     keep_radius: usize,
     min_points: usize,
     least: Least,
     background: Background,
     pub contrast: Contrast,
-    peaks: Vec<Peak>,
     traces: Traces,
     /// How far the background has moved since the start.
     travelled: (f64, f64),
@@ -45,7 +43,7 @@ struct Least {
     straightness: f64,
 }
 
-heap!(const N => Rejection<N> { background, contrast, peaks, traces, confirmed, kept, kept_tiles });
+heap!(const N => Rejection<N> { background, contrast, finder, traces, confirmed, kept, kept_tiles });
 
 impl<const N: usize> Rejection<N> {
     pub fn new(size: Size, params: &Params) -> Self {
@@ -61,9 +59,7 @@ impl<const N: usize> Rejection<N> {
         let kept_size = if rejection.mode == RejectionMode::Off { Size::new(0, 0) } else { size };
         Self {
             mode: rejection.mode,
-            threshold: params.detection.threshold as f32,
-            peak_radius,
-            max_peaks,
+            finder: PeakFinder::new(size, peak_radius, params.detection.threshold as f32, max_peaks),
             keep_radius: rejection.keep_radius as usize,
             min_points: min_points as usize,
             least: Least {
@@ -73,7 +69,6 @@ impl<const N: usize> Rejection<N> {
             },
             background: Background::new(size),
             contrast: Contrast::new(rejection),
-            peaks: Vec::with_capacity(most(size, peak_radius)),
             traces: Traces::new(params.gate(), rejection.max_missed, max_peaks, window as usize),
             travelled: (0.0, 0.0),
             shift: (0.0, 0.0),
@@ -93,10 +88,10 @@ impl<const N: usize> Rejection<N> {
     }
 
     /// Confirms peaks and makes E' of this frame.
-    pub fn process(&mut self, p: &Plane, e: &[Plane; N], strongest: &Plane) {
-        find(strongest, self.peak_radius, self.threshold, self.max_peaks, &mut self.peaks);
+    pub fn process(&mut self, bands: &Bands, p: &Plane, e: &[Plane; N], strongest: &Plane) {
+        self.finder.find(bands, strongest);
         let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
-        self.traces.link(&self.peaks, self.shift, |peak| Point {
+        self.traces.link(&self.finder.peaks, self.shift, |peak| Point {
             relative: (f64::from(peak.sub_x) - travelled.0, f64::from(peak.sub_y) - travelled.1),
             contrast: if mode == RejectionMode::Contrast {
                 contrast.at(p, peak.x, peak.y)
@@ -106,7 +101,7 @@ impl<const N: usize> Rejection<N> {
         });
         self.clear_kept();
         self.confirmed.clear();
-        for (index, peak) in self.peaks.iter().enumerate() {
+        for (index, peak) in self.finder.peaks.iter().enumerate() {
             let trace = self.traces.of_peak(index);
             if self.confirms(trace) {
                 self.confirmed.push((*peak, trace.id));
