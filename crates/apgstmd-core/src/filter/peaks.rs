@@ -38,7 +38,6 @@ pub(crate) struct PeakFinder {
     pub peaks: Vec<Peak>,
 }
 
-heap!(Peak);
 heap!(PeakFinder { squares, peaks });
 
 /// Rows of a band of squares.
