@@ -344,6 +344,6 @@ mod tests {
         let params = resolve_params(&args).unwrap();
         assert_eq!(params.prediction.horizon, 6);
         assert_eq!(params.detection.threshold, 0.5);
-        assert_eq!(params.attention.ramp, 10.0);
+        assert_eq!(params.prediction.beta, 10.0);
     }
 }

@@ -86,7 +86,7 @@ fn record_says_what_was_done() {
     assert_eq!(record["found"]["frames_with_detections"], with.len());
     assert_eq!(record["params"]["rejection"]["mode"], "off");
     assert_eq!(record["params"]["detection"]["threshold"], 1e-9);
-    assert_eq!(record["params"]["attention"]["ramp"], 10.0);
+    assert_eq!(record["params"]["attention"]["gate"], "change");
     assert_eq!(record["params"]["prediction"]["horizon"], 6);
     for part in ["decode", "compute", "write", "total"] {
         assert!(record["seconds_per_frame"][part]["median"].as_f64().unwrap() > 0.0, "{part}");

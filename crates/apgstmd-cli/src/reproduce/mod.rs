@@ -101,6 +101,7 @@ pub static EXPERIMENTS: &[Experiment] = &[
     primer::DIRECTION,
     occlusion::EXPERIMENT,
     headline::EXPERIMENT,
+    headline::CHOICES,
 ];
 
 #[cfg(test)]

@@ -13,26 +13,17 @@ const STUDENT: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.3
 /// False alarms a frame at which rates are told.
 const ALARMS: [f64; 3] = [0.1, 1.0, 5.0];
 
-/// All that is made of the scores.
-pub fn conclude(extent: Extent, entrants: &[Entrant], scores: &[Score]) -> Findings {
-    let results = Results { entrants, scores };
-    Findings {
-        tables: vec![results.every_score(), results.by_contrast(), results.leads()],
-        figure: results.figure(),
-        checks: results.checks(extent),
-    }
-}
-
-struct Results<'a> {
-    entrants: &'a [Entrant],
-    scores: &'a [Score],
+/// All scores, of which tables and figures are made.
+pub struct Results<'a> {
+    pub entrants: &'a [Entrant],
+    pub scores: &'a [Score],
 }
 
 /// Mean over seeds and the 95 % interval of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Mean {
-    value: f64,
-    half: f64,
+pub struct Mean {
+    pub value: f64,
+    pub half: f64,
 }
 
 impl Mean {
@@ -50,6 +41,15 @@ impl Mean {
 }
 
 impl Results<'_> {
+    /// The models beside each other.
+    pub fn findings(&self, extent: Extent) -> Findings {
+        Findings {
+            tables: vec![self.every_score(), self.by_contrast(), self.leads()],
+            figure: self.figure(),
+            checks: self.checks(extent),
+        }
+    }
+
     fn entrant(&self, name: &str) -> usize {
         self.entrants.iter().position(|entrant| entrant.name == name).expect("a test names both")
     }
@@ -69,8 +69,29 @@ impl Results<'_> {
             .collect()
     }
 
-    fn area(&self, entrant: usize, counts: impl Fn(&Setting) -> bool) -> Mean {
+    /// Mean area over the scenes that `counts`.
+    pub fn area(&self, entrant: usize, counts: impl Fn(&Setting) -> bool) -> Mean {
         Mean::of(&self.seeds(entrant, counts, |s| s.evaluation.area))
+    }
+
+    /// Mean over seeds of the area at each value of a number of the settings, a curve for each of these entrants.
+    pub fn areas(
+        &self,
+        entrants: impl Iterator<Item = usize>,
+        of: fn(&Setting) -> f64,
+        counts: fn(&Setting) -> bool,
+    ) -> Vec<(String, Vec<Measured>)> {
+        let levels = self.levels(of);
+        entrants
+            .map(|entrant| {
+                let measured = levels.iter().map(|&at| {
+                    let Mean { value, half } = self.area(entrant, |s| of(s) == at && counts(s));
+                    let half = if half.is_finite() { half } else { 0.0 };
+                    Measured { at, value, interval: ((value - half).max(0.0), (value + half).min(1.0)) }
+                });
+                (self.entrants[entrant].name.to_owned(), measured.collect())
+            })
+            .collect()
     }
 
     /// The values that a number of the settings takes, in rising order.
@@ -81,7 +102,8 @@ impl Results<'_> {
         levels
     }
 
-    fn every_score(&self) -> Table {
+    /// A row for each scene and entrant.
+    pub fn every_score(&self) -> Table {
         let columns = ["clutter", "contrast", "background_px", "speed_px", "seed", "model", "area"];
         let rates = ["rate_0.1", "rate_1", "rate_5", "rate_all"];
         let mut table = Table::new("scores", columns.into_iter().chain(rates));
@@ -98,7 +120,7 @@ impl Results<'_> {
     }
 
     /// Means over seeds, a row for each model, speed of the targets and contrast.
-    fn by_contrast(&self) -> Table {
+    pub fn by_contrast(&self) -> Table {
         let columns = ["model", "speed_px", "contrast", "area", "area_low", "area_high"];
         let mut table = Table::new("means", columns.into_iter().chain(["rate_0.1", "rate_1", "rate_5"]));
         for (entrant, Entrant { name, .. }) in self.entrants.iter().enumerate() {
@@ -144,20 +166,7 @@ impl Results<'_> {
 
     fn figure(&self) -> Figure {
         let common: Vec<usize> = (0..self.entrants.len()).filter(|i| self.entrants[*i].common).collect();
-        let curves = |of: fn(&Setting) -> f64, counts: fn(&Setting) -> bool| {
-            let levels = self.levels(of);
-            common
-                .iter()
-                .map(|&entrant| {
-                    let measured = levels.iter().map(|&at| {
-                        let Mean { value, half } = self.area(entrant, |s| of(s) == at && counts(s));
-                        let half = if half.is_finite() { half } else { 0.0 };
-                        Measured { at, value, interval: ((value - half).max(0.0), (value + half).min(1.0)) }
-                    });
-                    (self.entrants[entrant].name.to_owned(), measured.collect())
-                })
-                .collect()
-        };
+        let curves = |of, counts| self.areas(common.iter().copied(), of, counts);
         let mut panels = vec![Panel::new(
             "(a) targets at the tuned speed",
             comparison("Weber contrast", "area over 0..1 false alarms", curves(|s| s.contrast, |s| s.speed == TUNED)),

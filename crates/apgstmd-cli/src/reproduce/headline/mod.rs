@@ -1,8 +1,9 @@
 //! The headline of the paper: faint targets before moving clutter, the models beside each other.
 //!
 //! [`scenes`] says what is shown, [`entrants`] who takes part, [`run`] scores every entrant on every scene, [`conclude`]
-//! makes the table, the figure and the checks of it.
+//! makes the table, the figure and the checks of it. [`choices`] does the same with settings of apg-STMD.
 
+mod choices;
 mod conclude;
 mod entrants;
 mod panorama;
@@ -11,6 +12,8 @@ mod scenes;
 
 use super::{Bench, Experiment, Findings, Work};
 use crate::Outcome;
+
+pub use choices::EXPERIMENT as CHOICES;
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "headline",
@@ -29,7 +32,7 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn compute(bench: &Bench) -> Outcome<Findings> {
-    let (scenes, entrants) = (scenes::scenes(bench.extent), entrants::entrants()?);
+    let (scenes, entrants) = (scenes::reported(bench.extent), entrants::entrants()?);
     let scores = run::run(bench, &scenes, &entrants)?;
-    Ok(conclude::conclude(bench.extent, &entrants, &scores))
+    Ok(conclude::Results { entrants: &entrants, scores: &scores }.findings(bench.extent))
 }
