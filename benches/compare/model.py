@@ -2,7 +2,7 @@
 
 Gamma filters are cascades that share their poles, spatial kernels go through OpenCV. With `separable` Gaussians are
 passed along rows and columns, and attention and lateral inhibition are built from those; without, `filter2D` takes each
-kernel as the equations give it. Rejection is `motion`, attention has full support and a ramp.
+kernel as the equations give it. Rejection is `motion`, attention has full support.
 """
 
 from __future__ import annotations
@@ -94,6 +94,9 @@ class ApgStmd:
         self.memory_f = np.zeros((self.horizon + 1, 8, height, width), np.float32)
         self.memory_m = np.zeros((self.horizon + 1, height, width), np.float32)
         self.region: Array | None = None
+        self.before: Array | None = None
+        self.whole: Array | None = None
+        self.seen: Array | None = None
         self.frames = 0
         self.stages: dict[str, Array] = {}
 
@@ -101,10 +104,11 @@ class ApgStmd:
         """The next frame, uint8 or luminance in [0, 1]."""
         luminance = frame * np.float32(1 / 255) if frame.dtype == np.uint8 else frame
         p = cv2.sepFilter2D(luminance, -1, self.blur, self.blur, borderType=REPLICATE)
-        a, pe = self.attend(p)
+        a, pe, seen = self.attend(p)
         if self.frames == 0:
-            self.lmc.prime(pe)
-        l = self.lmc.process(pe)[0]
+            self.lmc.prime(seen)
+        l = self.lmc.process(seen)[0]
+        self.before, self.seen = p, seen
         tm3, tm2 = np.maximum(l, 0), np.maximum(-l, 0)
         mi1 = self.mi1.process(tm3)[0]
         tm1_4, tm1_5 = self.tm1.process(tm2)
@@ -132,7 +136,8 @@ class ApgStmd:
         )
         return self.read_out(q, confirmed)
 
-    def attend(self, p: Array) -> tuple[Array, Array]:
+    def attend(self, p: Array) -> tuple[Array, Array, Array]:
+        """A, P_e and what the lamina sees."""
         p_attention = self.params["attention"]
         if self.frames >= self.horizon:
             # The slot that this frame will overwrite next is dt + 1 frames old; the one after it dt.
@@ -142,9 +147,26 @@ class ApgStmd:
                 self.region = inside.astype(np.float32)
             else:
                 self.region += (inside - self.region) * np.float32(1 / p_attention["ramp"])
+        change = p_attention["gate"] == "change"
+        step = p if self.seen is None or not change else self.seen + (p - self.before)
         if self.region is None or not self.region.any():
-            return np.zeros_like(p), p
-        best = np.full_like(p, -np.inf)
+            self.whole = None
+            return np.zeros_like(p), p, step
+        now = self.speckles(p)
+        alpha = np.float32(p_attention["alpha"])
+        a = now * self.region
+        if not change:
+            return a, p + alpha * a, p + alpha * a
+        assert self.before is not None
+        before = self.speckles(self.before) if self.whole is None else self.whole
+        self.whole = now
+        return a, p + alpha * a, step + alpha * self.region * (now - before)
+
+    def speckles(self, p: Array) -> Array:
+        """What all orientations agree on at some scale, or for "light" the paper's choice."""
+        both = self.params["attention"]["speckles"] == "both"
+        light = np.full_like(p, 0 if both else -np.inf)
+        dark = np.zeros_like(p)
         for scale, oriented in zip(self.scales, self.attention, strict=True):
             maps = (
                 self.steered(p, scale)
@@ -152,11 +174,13 @@ class ApgStmd:
                 else (cv2.filter2D(p, -1, w, borderType=REPLICATE) for w in oriented)
             )
             least = next(maps)
+            greatest = least.copy()
             for other in maps:
                 np.minimum(least, other, out=least)
-            np.maximum(best, least, out=best)
-        a = best * self.region
-        return a, p + np.float32(p_attention["alpha"]) * a
+                np.maximum(greatest, other, out=greatest)
+            np.maximum(light, least, out=light)
+            np.minimum(dark, greatest, out=dark)
+        return light + dark if both else light
 
     def steered(self, p: Array, sigma: float) -> Iterator[Array]:
         """P * W_a for the four orientations, from the moments t^j exp(-t^2 / 2 sigma^2)."""

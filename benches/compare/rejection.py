@@ -138,6 +138,7 @@ class Rejection:
         self.detection, self.p = params["detection"], params["rejection"]
         window = max(math.ceil(self.p["motion_path"] / params["prediction"]["v_opt"]), 8)
         self.window = window
+        self.gate = self.p["gate"] + self.p["gate_frames"] * params["prediction"]["v_opt"]
         self.background = Background(height, width)
         self.travelled = np.zeros(2)
         self.traces: list[Trace] = []
@@ -179,7 +180,7 @@ class Rejection:
             expected = np.array([t.place + t.velocity * (t.missed + 1) for t in self.traces])
             places = np.array([peak.place for peak in peaks])
             distance = np.hypot(*(places[None] - expected[:, None]).transpose(2, 0, 1))
-            near = np.argwhere(distance <= self.p["gate"])
+            near = np.argwhere(distance <= self.gate)
             for t, k in near[np.argsort(distance[tuple(near.T)], kind="stable")].tolist():
                 if owner[k] is None and t not in found:
                     owner[k] = self.traces[t]
