@@ -34,5 +34,5 @@ pub const EXPERIMENT: Experiment = Experiment {
 fn compute(bench: &Bench) -> Outcome<Findings> {
     let (scenes, entrants) = (scenes::reported(bench.extent), entrants::entrants()?);
     let scores = run::run(bench, &scenes, &entrants)?;
-    Ok(conclude::Results { entrants: &entrants, scores: &scores }.findings(bench.extent))
+    Ok(conclude::Results { entrants: &entrants, scores: &scores }.findings())
 }
