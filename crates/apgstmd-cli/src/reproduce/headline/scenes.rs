@@ -58,7 +58,7 @@ pub fn reported(extent: Extent) -> Vec<Setting> {
 pub fn chosen_on(extent: Extent) -> Vec<Setting> {
     match extent {
         Extent::Quick => all(&[0.2], &[1.0], &[TUNED], 1..=1),
-        Extent::Full => all(&[0.1, 0.2, 0.3], &[0.3, 1.0], &[TUNED], 1..=5),
+        Extent::Full => all(&[0.1, 0.2], &[0.3, 1.0], &[TUNED], 1..=3),
     }
 }
 
