@@ -34,7 +34,7 @@ pub fn correlation(tm3: &Map, mi1: &Map, tm1_4: &Map, tm1_5: &Map, params: &Para
         .collect()
 }
 
-/// W_s = A [g]+ + B [g]-, g = G(sigma_2) - e G(sigma_3) - rho.
+/// `W_s = A [g]+ + B [g]-`, g = G(sigma_2) - e G(sigma_3) - rho.
 pub fn lateral_kernel(params: &Params) -> Map {
     let lobula = &params.lobula;
     kernel_from(lobula.radius as usize, |x, y| {

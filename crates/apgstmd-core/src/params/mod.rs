@@ -143,7 +143,7 @@ stage_params! {
 
 stage_params! {
     /// Lateral inhibition in the lamina of ESTMD, Cascaded and DSTMD:
-    /// L1 = ([h]+ * L) filtered by exp(-t / excitation_tau) + ([h]- * L) filtered by exp(-t / inhibition_tau).
+    /// `L1 = ([h]+ * L) filtered by exp(-t / excitation_tau) + ([h]- * L) filtered by exp(-t / inhibition_tau)`.
     LaminaInhibitionParams in "lamina_inhibition" {
         /// (estmd, cascaded, dstmd) Standard deviation of the centre of h, px.
         center_sigma: f64 = 1.5, Between(0.3, 8.0);
