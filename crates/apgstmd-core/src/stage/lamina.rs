@@ -1,6 +1,7 @@
 //! Lamina (LMC): L = Gamma(n_1, tau_1) * P_e - Gamma(n_2, tau_2) * P_e over time.
 //!
-//! Input: P_e, or P and what attention adds to its step from frame to frame. Output: L. State: the last P_e and the filter. Both kernels have unit sum, so L is also the difference of
+//! Input: P_e, or P and what attention adds to its step from frame to frame. Output: L. State: the last input and the
+//! filter. Both kernels have unit sum, so L is also the difference of
 //! their tails applied to the change from frame to frame. That form is used: what does not change gives exactly zero,
 //! in the first frame and ever after, and needs no priming.
 
