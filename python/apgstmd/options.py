@@ -82,6 +82,7 @@ class Parameters(TypedDict, total=False):
     prediction_mu: float
     prediction_beta: float
     prediction_kappa: float
+    prediction_negligible: float
     detection_threshold: float
     detection_max_peaks: int
     detection_peak_radius: int

@@ -106,7 +106,7 @@ pub struct Pair {
     params: Params,
     floors: Floors,
     /// M of the fast one, every frame.
-    m: Vec<Map>,
+    m: Vec<(Map, f64)>,
     /// Frames in which attention did something.
     pub attended: usize,
     /// Detections so far.
@@ -166,7 +166,7 @@ impl Pair {
             Model::ApgStmd => {
                 self.maps(&fast(Stage::Q))?;
                 self.attended += usize::from(peak(&seen[Stage::A]) > 0.0);
-                self.m.push(fast(Stage::M).swap_remove(0));
+                self.m.push((fast(Stage::M).swap_remove(0), floor(Stage::M)));
             }
             Model::StmdPlus | Model::Dstmd | Model::Cascaded => self.maps(&fast(Stage::Ep))?,
             Model::Estmd => self.map_without_direction(&fast(Stage::Y)[0], &seen.q[0])?,
@@ -178,10 +178,10 @@ impl Pair {
     /// Omega as the fast core's own M gives it, after checking that the naive M gives the same but for rounding.
     fn region(&self) -> Result<Option<Map>, String> {
         let Some(naive) = self.naive.past_prediction() else { return Ok(None) };
-        let fast = &self.m[self.m.len() - self.params.prediction.horizon as usize];
+        let (fast, floor) = &self.m[self.m.len() - self.params.prediction.horizon as usize];
         let omega = region(fast, &self.params);
         let level = threshold(naive, &self.params);
-        let slack = 2.0 * RELATIVE * peak(std::slice::from_ref(naive));
+        let slack = (2.0 * RELATIVE * peak(std::slice::from_ref(naive))).max(*floor);
         for ((at, own), chosen) in region(naive, &self.params).indexed_iter().zip(&omega) {
             if own != chosen && (naive[at] - level).abs() > slack {
                 return Err(format!("attended region at {at:?}: M is {:e}, the level {level:e}", naive[at]));
@@ -199,7 +199,7 @@ impl Pair {
         if !given.is_sorted_by(|a, b| a.score >= b.score) {
             return differ("the strongest must come first".to_owned());
         }
-        let most = peak(&seen.q);
+        let tolerance = (RELATIVE * peak(&seen.q)).max(floor);
         for truth in truth {
             let Some(given) = given.iter().find(|given| given.trace == truth.trace) else {
                 return differ(format!("trace {} is missing", truth.trace));
@@ -212,9 +212,8 @@ impl Pair {
             // there is no direction, nothing moves.
             let known = !direction.is_nan();
             let turn = if known { (f64::from(given.direction) - direction).sin().abs() } else { 0.0 };
-            let blur =
-                if known { RELATIVE / directedness.max(RELATIVE) * (most / score.max(1e-30)).max(1.0) } else { 0.0 };
-            if (f64::from(given.score) - score).abs() > (RELATIVE * most).max(floor)
+            let blur = if known { tolerance / (score * directedness.max(RELATIVE)).max(1e-30) } else { 0.0 };
+            if (f64::from(given.score) - score).abs() > tolerance
                 || turn > 2.0 * blur
                 || f64::from(given.direction).cos() * direction.cos() < -0.5 && blur < 0.1
             {

@@ -1,6 +1,6 @@
 //! Differences that rounding of the input alone explains, stage by stage: [`LUMINANCE_ROUNDING`] carried through the
-//! model; and what is lost with gains that the fast core lets go. Only where a stage is tiny (first frames, faint scenes) does it exceed [`crate::compare::RELATIVE`] of its
-//! maximum.
+//! model; and what is lost with gains that are let go as negligible. Only where a stage is tiny (first frames, faint
+//! scenes) does it exceed [`crate::compare::RELATIVE`] of its maximum.
 
 use apgstmd_core::{Model, Params, Stage};
 
@@ -13,10 +13,6 @@ use crate::naive::rivals::lamina_kernel;
 /// nearer to the truth than this, however small they are.
 pub const LUMINANCE_ROUNDING: f64 = 1.2e-7;
 
-/// Share of the largest M of the frame before below which the fast core lets a gain go: it would spread over the picture.
-/// A frame loses this much at most and passes on what it lost with weight 1 - mu, so a gain is short by 1 / mu of it.
-const NEGLIGIBLE: f64 = 1e-5;
-
 /// What a model makes of rounding.
 pub struct Floors {
     model: Model,
@@ -26,8 +22,10 @@ pub struct Floors {
     facilitation_gain: f64,
     alpha: f64,
     response: f64,
-    mu: f64,
-    /// Largest M of the frame before.
+    /// Share of the largest M so far that a gain may be short of the truth. A frame lets go what is below `negligible` of
+    /// the frame before, and what earlier ones lost comes with weight 1 - mu.
+    lost: f64,
+    /// Largest M of the frames before.
     gains: f64,
 }
 
@@ -45,7 +43,7 @@ impl Floors {
             facilitation_gain: 1.0 + prediction.beta * window,
             alpha: params.attention.alpha,
             response: 0.0,
-            mu: prediction.mu,
+            lost: prediction.negligible / prediction.mu,
             gains: 0.0,
         }
     }
@@ -69,8 +67,8 @@ impl Floors {
         // Predictions and low-pass filters remember earlier frames.
         self.response = self.response.max(response);
         let (remembered, gain) = (self.response, self.facilitation_gain);
-        let lost = NEGLIGIBLE / self.mu * self.gains;
-        self.gains = most(Stage::M);
+        let lost = self.lost * self.gains;
+        self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
             Stage::P | Stage::C | Stage::A => luminance,
             Stage::Pe | Stage::L => enhanced,

@@ -210,7 +210,7 @@ impl Detector {
 
     /// The inner stages of the last frame.
     pub fn probe(&self) -> Probe<'_> {
-        Probe::new(self.params.model, &*self.model)
+        Probe::new(self.params.model, &*self.model, self.workers.simd())
     }
 
     /// Forgets everything seen: the next frame is a first frame.

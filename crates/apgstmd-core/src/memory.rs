@@ -86,4 +86,4 @@ macro_rules! heap {
 }
 pub(crate) use heap;
 
-heap!(f32, f64, u8, u32, u64, usize, bool, std::ops::Range<usize>);
+heap!(f32, f64, u8, u16, u32, u64, usize, isize, bool, std::ops::Range<usize>);

@@ -112,6 +112,11 @@ impl Plane {
         out[last..].fill(0.0);
     }
 
+    /// All rows with their padding.
+    pub fn data(&self) -> &[f32] {
+        &self.data
+    }
+
     /// All rows with their padding, for row bands.
     pub fn data_mut(&mut self) -> &mut [f32] {
         &mut self.data

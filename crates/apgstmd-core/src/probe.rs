@@ -7,6 +7,8 @@ use ndarray::Array3;
 
 use crate::model::Wiring;
 use crate::params::Model;
+use crate::row::bands::Bands;
+use crate::row::machine::SimdLevel;
 
 macro_rules! stages {
     ($( $(#[doc = $doc:literal])* $name:ident = $text:literal ),* $(,)?) => {
@@ -136,11 +138,12 @@ impl Model {
 pub struct Probe<'a> {
     model: Model,
     wiring: &'a dyn Wiring,
+    simd: SimdLevel,
 }
 
 impl<'a> Probe<'a> {
-    pub(crate) fn new(model: Model, wiring: &'a dyn Wiring) -> Self {
-        Self { model, wiring }
+    pub(crate) fn new(model: Model, wiring: &'a dyn Wiring, simd: SimdLevel) -> Self {
+        Self { model, wiring, simd }
     }
 
     /// The stages there are: those of the model.
@@ -153,6 +156,6 @@ impl<'a> Probe<'a> {
     /// # Errors
     /// The model has no such stage.
     pub fn stage(&self, stage: Stage) -> Result<Array3<f32>, MissingStage> {
-        self.wiring.stage(stage).ok_or(MissingStage { stage, model: self.model })
+        self.wiring.stage(&Bands::new(1, self.simd, false), stage).ok_or(MissingStage { stage, model: self.model })
     }
 }

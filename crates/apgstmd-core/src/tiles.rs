@@ -52,6 +52,15 @@ impl Grid {
     }
 }
 
+/// Copies a row of a tile; a whole one in the fewest instructions.
+#[inline]
+pub(crate) fn copy_columns(from: &[f32], into: &mut [f32]) {
+    match (<&[f32; TILE]>::try_from(from), <&mut [f32; TILE]>::try_from(&mut *into)) {
+        (Ok(from), Ok(into)) => *into = *from,
+        _ => into.copy_from_slice(from),
+    }
+}
+
 /// One value a tile, cut with the rows of pixels where a band ends between two rows of tiles.
 pub(crate) struct PerTile<'a, T> {
     pub values: &'a mut [T],

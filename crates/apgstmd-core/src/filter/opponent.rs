@@ -32,14 +32,10 @@ impl Opponent {
             (core * g.max(0.0) - smooth * self.offset) as f32
         };
         let reach = (0..=radius).rev().find(|r| (0..=*r).any(|i| at(*r, i) != 0.0)).unwrap_or(0);
-        Lateral {
-            along: (0..=radius).map(|d| [center[d] as f32, surround[d] as f32]).collect(),
-            across: (0..=radius)
-                .map(|d| {
-                    [(smooth * center_weight * center[d]) as f32, (-smooth * surround_weight * surround[d]) as f32]
-                })
-                .collect(),
-            core: (0..=reach).map(|dy| (0..=reach).map(|dx| at(dy, dx)).collect()).collect(),
-        }
+        let across: Vec<[f64; 2]> = (0..=radius)
+            .map(|d| [smooth * center_weight * center[d], -smooth * surround_weight * surround[d]])
+            .collect();
+        let core: Vec<Vec<f32>> = (0..=reach).map(|dy| (0..=reach).map(|dx| at(dy, dx)).collect()).collect();
+        Lateral::new((0..=radius).map(|d| [center[d] as f32, surround[d] as f32]).collect(), &across, &core)
     }
 }

@@ -32,16 +32,20 @@ pub(crate) struct PeakFinder {
     count: usize,
     /// Squares of radius + 1 across the map.
     across: usize,
-    /// The peak of each square, if it has one.
-    squares: Vec<Option<Peak>>,
+    /// The largest value of each square above the threshold, else 0.
+    squares: Vec<f32>,
+    /// The squares that have one, not yet looked at.
+    open: Vec<(f32, usize)>,
     /// The strongest ones, strongest first.
     pub peaks: Vec<Peak>,
 }
 
-heap!(PeakFinder { squares, peaks });
+heap!(PeakFinder { squares, open, peaks });
 
 /// Rows of a band of squares.
 const PEAK_ROWS: usize = 32;
+/// Columns looked at together, at most.
+const COLUMNS: usize = 256;
 
 impl PeakFinder {
     /// For the `count` strongest values above `threshold` that no value within `radius` exceeds. Of equal values the
@@ -49,8 +53,8 @@ impl PeakFinder {
     pub fn new(size: Size, radius: usize, threshold: f32, count: usize) -> Self {
         let most = most(size, radius);
         let across = size.width.div_ceil(radius + 1);
-        let (squares, peaks) = (vec![None; most], Vec::with_capacity(most));
-        Self { radius, threshold: threshold.max(0.0), count, across, squares, peaks }
+        let (squares, open, peaks) = (vec![0.0; most], Vec::with_capacity(most), Vec::with_capacity(most));
+        Self { radius, threshold: threshold.max(0.0), count, across, squares, open, peaks }
     }
 
     pub fn find(&mut self, bands: &Bands, map: &Plane) {
@@ -61,38 +65,65 @@ impl PeakFinder {
         bands.over_long(down, PEAK_ROWS.div_ceil(side), out, |range, out| {
             for (squares, top) in out.values.chunks_exact_mut(out.stride).zip(range.map(|row| row * side)) {
                 let rows = top..(top + side).min(size.height);
-                // Rows in which nothing exceeds the threshold, of which there may be many, cost one look.
-                let above = |y: usize| map.row(y).iter().fold(false, |any, value| any | (*value > *threshold));
-                if rows.clone().any(above) {
-                    for (square, left) in squares.iter_mut().zip((0..size.width).step_by(side)) {
-                        *square = peak_of(map, rows.clone(), left..(left + side).min(size.width), *radius, *threshold);
+                let per = COLUMNS / side;
+                for (squares, left) in squares.chunks_mut(per).zip((0..size.width).step_by(per * side)) {
+                    // The largest of each column: most squares need no more than a look at these.
+                    let mut most = [0.0f32; COLUMNS];
+                    let most = &mut most[..(per * side).min(size.width - left)];
+                    for y in rows.clone() {
+                        let row = &map.row(y)[left..left + most.len()];
+                        most.iter_mut().zip(row).for_each(|(most, value)| *most = most.max(*value));
                     }
-                } else {
-                    squares.fill(None);
+                    for (square, most) in squares.iter_mut().zip(most.chunks(side)) {
+                        let value = most.iter().copied().fold(0.0, f32::max);
+                        *square = if value > *threshold { value } else { 0.0 };
+                    }
                 }
             }
         });
-        self.peaks.clear();
-        self.peaks.extend(self.squares.iter().flatten());
-        self.peaks.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then((a.y, a.x).cmp(&(b.y, b.x))));
-        self.peaks.truncate(self.count);
+        self.take_strongest(map);
+    }
+
+    /// Looks at the squares from the largest value on until there are enough peaks.
+    fn take_strongest(&mut self, map: &Plane) {
+        let Self { radius, count, across, squares, open, peaks, .. } = self;
+        let (size, side) = (map.size(), *radius + 1);
+        open.clear();
+        open.extend(
+            squares.iter().enumerate().filter(|(_, value)| **value > 0.0).map(|(square, value)| (*value, square)),
+        );
+        peaks.clear();
+        let mut open = &mut open[..];
+        while let Some(&(largest, _)) = open.iter().max_by(|a, b| a.0.total_cmp(&b.0)) {
+            // Equal values are all looked at: the first ones in reading order are kept.
+            if peaks.len() >= *count && peaks.iter().filter(|peak: &&Peak| peak.value > largest).count() >= *count {
+                break;
+            }
+            let next = count.saturating_mul(2).clamp(1, open.len());
+            if next < open.len() {
+                open.select_nth_unstable_by(next, |a, b| b.0.total_cmp(&a.0));
+            }
+            let (head, tail) = open.split_at_mut(next);
+            peaks.extend(head.iter().filter_map(|&(value, square)| {
+                let (top, left) = (square / *across * side, square % *across * side);
+                let columns = left..(left + side).min(size.width);
+                peak_of(map, top..(top + side).min(size.height), columns, *radius, value)
+            }));
+            open = tail;
+        }
+        peaks.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then((a.y, a.x).cmp(&(b.y, b.x))));
+        peaks.truncate(*count);
     }
 }
 
-/// The peak in a square of radius + 1, if there is one: a peak is the maximum of its square, so only that is looked at
-/// (Neubeck & Van Gool, 2006).
-fn peak_of(map: &Plane, rows: Range<usize>, columns: Range<usize>, radius: usize, threshold: f32) -> Option<Peak> {
+/// The peak in a square of radius + 1, if there is one: a peak is the maximum of its square, so only the first place of
+/// that is looked at (Neubeck & Van Gool, 2006).
+fn peak_of(map: &Plane, rows: Range<usize>, columns: Range<usize>, radius: usize, value: f32) -> Option<Peak> {
     let Size { height, width } = map.size();
-    let mut best = (threshold, 0, 0);
-    for y in rows {
-        for (x, &value) in columns.clone().zip(&map.row(y)[columns.clone()]) {
-            if value > best.0 {
-                best = (value, x, y);
-            }
-        }
-    }
-    let (value, x, y) = best;
-    (value > threshold && is_peak(map, x, y, radius)).then(|| {
+    let place =
+        |y: usize| map.row(y)[columns.clone()].iter().position(|other| *other == value).map(|x| (columns.start + x, y));
+    let (x, y) = rows.into_iter().find_map(place)?;
+    is_peak(map, x, y, radius).then(|| {
         let (row, column) = (map.row(y), |y: usize| map.row(y)[x]);
         let sub_x = if x > 0 && x + 1 < width { vertex(row[x - 1], value, row[x + 1]) } else { 0.0 };
         let sub_y = if y > 0 && y + 1 < height { vertex(column(y - 1), value, column(y + 1)) } else { 0.0 };

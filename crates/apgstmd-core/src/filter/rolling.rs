@@ -1,93 +1,94 @@
-//! A strip of a map on its way through lateral inhibition, row by row: only the rows that a kernel spans are kept, spread,
-//! so that they stay in the first-level cache.
+//! Strips of a map on their way through lateral inhibition: what the kernel reaches is laid out once, and the rows that it
+//! spans are spread once and kept in the first-level cache.
 
-use fearless_simd::Level;
+use std::ops::Range;
 
 use crate::memory::heap;
-use crate::plane::{Buffer, padded};
-use crate::row::lateral::{Lateral, SpreadRows, spread};
+use crate::plane::{Buffer, Plane, padded};
+use crate::row::bands::Bands;
+use crate::row::lateral::{Lateral, STRIP, Sink, Strip, inhibit};
+use crate::row::recurse::Prepare;
 
-/// Columns of a strip: the rows that the default kernel spans fit the first-level cache.
-pub(crate) const STRIP: usize = 128;
 /// Rows of a band: few enough for two threads at 270 rows; each begins with the rows that its kernel spans.
 pub(crate) const ROLLING_ROWS: usize = 72;
 
-pub(crate) struct Rolling {
-    halo: usize,
-    radius: usize,
-    rows: usize,
-    slots: usize,
-    width: usize,
-    /// One row of the source, with the columns that the kernel reaches on both sides.
-    source: Buffer,
-    spread: Buffer,
-    /// The row that enters next.
-    next: isize,
-    /// The last row that was not zero.
-    live: isize,
+/// Where a strip of a band lies, with what the kernel reaches around it.
+#[derive(Clone, Copy)]
+pub(crate) struct Around {
+    pub top: isize,
+    pub left: isize,
+    pub rows: usize,
+    /// Columns, whole vectors.
+    pub stride: usize,
+    /// Columns of the strip itself, whole vectors.
+    pub width: usize,
 }
 
-heap!(Rolling { source, spread });
+impl Around {
+    /// `STRIP` columns at most from `left` on.
+    pub fn of(kernel: &Lateral, rows: &Range<usize>, left: usize, columns: usize) -> Self {
+        let radius = kernel.radius();
+        let width = padded(columns);
+        Self {
+            top: rows.start as isize - radius as isize,
+            left: left as isize - radius as isize,
+            rows: rows.len().next_multiple_of(2) + 2 * radius,
+            stride: padded(width + 2 * radius),
+            width,
+        }
+    }
+}
+
+/// A strip of a map with what the kernel reaches around it, zero outside the picture.
+pub(crate) struct Source {
+    pub data: Buffer,
+    /// Of each row, whether anything in it is not zero.
+    pub live: Vec<bool>,
+}
+
+heap!(Source { data, live });
+
+impl Source {
+    pub fn new(kernel: &Lateral) -> Self {
+        let rows = ROLLING_ROWS + 2 * kernel.radius();
+        Self { data: Buffer::zeros(rows * padded(STRIP + 2 * kernel.radius())), live: vec![false; rows] }
+    }
+
+    /// One sign of a map.
+    pub fn fill(&mut self, around: &Around, plane: &Plane, sign: Prepare) {
+        let Around { top, left, rows, stride, .. } = *around;
+        for (y, (row, live)) in self.data.chunks_exact_mut(stride).zip(&mut self.live).enumerate().take(rows) {
+            plane.copy_row(top + y as isize, left, row);
+            row.iter_mut().for_each(|value| *value = sign.apply(*value));
+            *live = row.iter().any(|value| *value != 0.0);
+        }
+    }
+}
+
+/// Spread rows of a strip.
+pub(crate) struct Rolling(Buffer);
+
+impl crate::memory::Heap for Rolling {
+    fn heap(&self) -> crate::memory::Memory {
+        self.0.heap()
+    }
+}
 
 impl Rolling {
     pub fn new(kernel: &Lateral) -> Self {
-        let (radius, rows) = (kernel.radius(), kernel.rows());
-        let (halo, slots) = (padded(radius), (2 * radius + 1).next_power_of_two());
-        Self {
-            halo,
-            radius,
-            rows,
-            slots,
-            width: 0,
-            source: Buffer::zeros(STRIP + 2 * halo),
-            spread: Buffer::zeros(slots * rows * STRIP),
-            next: 0,
-            live: isize::MIN,
-        }
+        Self(Buffer::zeros(kernel.ring()))
     }
 
-    /// Begins a strip of at most `STRIP` columns; the first row to be asked for is `row`.
-    pub fn begin(&mut self, columns: usize, row: usize) {
-        self.width = padded(columns);
-        self.next = row as isize - self.radius as isize;
-        self.live = isize::MIN;
-    }
-
-    /// Columns left of the strip that `fill` writes, a multiple of a vector.
-    pub fn halo(&self) -> usize {
-        self.halo
-    }
-
-    /// Lets the rows in that `row` depends on. `fill` writes a row with its halo on both sides, and says whether
-    /// anything in it is not zero. Rows outside the picture are asked for as well.
-    ///
-    /// Returns whether any of the rows is not zero.
-    pub fn reach(
+    /// Inhibits `rows` rows of a strip: see [`inhibit`].
+    pub fn inhibit(
         &mut self,
-        level: Level,
+        bands: &Bands,
         kernel: &Lateral,
-        row: usize,
-        mut fill: impl FnMut(isize, &mut [f32]) -> bool,
-    ) -> bool {
-        let size = self.rows * self.width;
-        while self.next <= (row + self.radius) as isize {
-            let source = &mut self.source[..self.width + 2 * self.halo];
-            let slot = self.next as usize & (self.slots - 1);
-            let out = &mut self.spread[slot * size..(slot + 1) * size];
-            if fill(self.next, source) {
-                self.live = self.next;
-                spread(level, &source[self.halo - self.radius..], kernel, out);
-            } else {
-                out.fill(0.0);
-            }
-            self.next += 1;
-        }
-        self.live >= row as isize - self.radius as isize
-    }
-
-    /// The rows that `row` depends on, which have been let in.
-    pub fn rows(&self, row: usize) -> SpreadRows<'_> {
-        let size = self.slots * self.rows * self.width;
-        SpreadRows { data: &self.spread[..size], slots: self.slots, width: self.width, middle: row }
+        (source, around): (&Source, &Around),
+        rows: usize,
+        sink: &mut impl Sink,
+    ) -> usize {
+        let strip = Strip { data: &source.data, stride: around.stride, live: &source.live, width: around.width };
+        inhibit(bands.level(), kernel, strip, rows, &mut self.0, bands.dense(), sink)
     }
 }

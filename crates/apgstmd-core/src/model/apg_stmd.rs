@@ -2,7 +2,7 @@
 
 use ndarray::{Array3, Axis};
 
-use super::{Wiring, part, stack};
+use super::{Wiring, everywhere, part, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
@@ -53,7 +53,7 @@ impl ApgStmd {
             attention: Attention::new(size, params, threads),
             lamina: Lamina::new(size, &params.lamina, engine),
             medulla: Medulla::new(size, &params.medulla, engine),
-            lobula: Lobula::new(size, &params.lobula, threads),
+            lobula: Lobula::new(size, params, threads),
             rejection: Rejection::new(size, params),
             prediction: Prediction::new(params, &memorizer.grid, threads),
             facilitation: Facilitation::new(&params.prediction, threads),
@@ -83,7 +83,7 @@ impl Wiring for ApgStmd {
             clock.lap_tiles(Part::Lobula, lobula.tiles());
         };
         bands.both(vision, || rejection.follow(p));
-        rejection.process(bands, p, &lobula.e, &lobula.strongest);
+        rejection.process(bands, p, &lobula.responses(l, medulla));
         let kept = rejection.kept(&lobula.e);
         clock.lap(Part::Rejection);
         prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
@@ -95,7 +95,7 @@ impl Wiring for ApgStmd {
         self.frames += 1;
     }
 
-    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+    fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {
         let kept = || self.rejection.kept(&self.lobula.e);
         Some(match stage {
             Stage::P => self.p.view3().to_owned(),
@@ -109,7 +109,7 @@ impl Wiring for ApgStmd {
             Stage::Tm1_4 => self.medulla.tm1_4.view3().to_owned(),
             Stage::Tm1_5 => self.medulla.tm1_5.view3().to_owned(),
             Stage::D => self.lobula.correlation(&self.l, &self.medulla),
-            Stage::E => stack(&self.lobula.e),
+            Stage::E => everywhere(bands, self.l.size(), &self.lobula.responses(&self.l, &self.medulla)),
             Stage::Ep => stack(kept()),
             Stage::F | Stage::M => {
                 let Size { height, width } = self.p.size();

@@ -64,13 +64,13 @@ impl Wiring for Cascaded {
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
         rejection.follow(p);
-        rejection.process(bands, p, &emd.e, &emd.strongest);
+        rejection.process(bands, p, &(&emd.e, &emd.strongest));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
         clock.lap(Part::Facilitation);
     }
 
-    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+    fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
             Stage::P => self.p.view3().to_owned(),
             Stage::C => self.rejection.contrast.map(&self.p),

@@ -2,7 +2,7 @@
 
 use ndarray::Array3;
 
-use super::{Wiring, part, stack};
+use super::{Wiring, everywhere, part, stack};
 use crate::DIRECTIONS;
 use crate::detection::Response;
 use crate::frame::Size;
@@ -46,7 +46,7 @@ impl Dstmd {
             lamina: Lamina::new(size, &params.lamina, engine),
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             medulla: Medulla::new(size, &params.medulla, engine),
-            lobula: Lobula::new(size, &params.lobula, threads),
+            lobula: Lobula::new(size, params, threads),
             rejection: Rejection::new(size, params),
             readout: Readout::new(size, threads),
         }
@@ -69,13 +69,13 @@ impl Wiring for Dstmd {
         clock.lap_tiles(Part::Lobula, lobula.tiles());
         clock.count_tiles(Grid::new(p.size()).count());
         rejection.follow(p);
-        rejection.process(bands, p, &lobula.e, &lobula.strongest);
+        rejection.process(bands, p, &lobula.responses(l1, medulla));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);
     }
 
-    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+    fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
             Stage::P => self.p.view3().to_owned(),
             Stage::C => self.rejection.contrast.map(&self.p),
@@ -87,7 +87,9 @@ impl Wiring for Dstmd {
             Stage::Tm1_4 => self.medulla.tm1_4.view3().to_owned(),
             Stage::Tm1_5 => self.medulla.tm1_5.view3().to_owned(),
             Stage::D => self.lobula.correlation(&self.lamina_inhibition.l1, &self.medulla),
-            Stage::E => stack(&self.lobula.e),
+            Stage::E => {
+                everywhere(bands, self.l.size(), &self.lobula.responses(&self.lamina_inhibition.l1, &self.medulla))
+            }
             Stage::Ep => stack(self.rejection.kept(&self.lobula.e)),
             _ => return None,
         })

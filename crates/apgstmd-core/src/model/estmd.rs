@@ -61,13 +61,13 @@ impl Wiring for Estmd {
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
         rejection.follow(p);
-        rejection.process(bands, p, from_ref(&estmd.y), &estmd.y);
+        rejection.process(bands, p, &(from_ref(&estmd.y), &estmd.y));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, from_ref(&estmd.y), response);
         clock.lap(Part::Facilitation);
     }
 
-    fn stage(&self, stage: Stage) -> Option<Array3<f32>> {
+    fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
             Stage::P => self.p.view3().to_owned(),
             Stage::C => self.rejection.contrast.map(&self.p),

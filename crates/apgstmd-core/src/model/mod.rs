@@ -15,8 +15,10 @@ use crate::memory::Heap;
 use crate::params::{Model, Params};
 use crate::plane::Plane;
 use crate::probe::Stage;
-use crate::row::bands::Bands;
+use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
+use crate::stage::rejection::Responses;
+use crate::tiles::Area;
 use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
@@ -24,8 +26,8 @@ pub(crate) trait Wiring: Heap + Send + Sync {
     /// One time step. Detections stand where the response peaks.
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 
-    /// A stage of the last frame, (maps, rows, columns), if the model has it.
-    fn stage(&self, stage: Stage) -> Option<Array3<f32>>;
+    /// A stage of the last frame, (maps, rows, columns), if the model has it. `bands` is one thread.
+    fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>>;
 
     /// As before the first frame.
     fn reset(&mut self);
@@ -56,6 +58,16 @@ pub(crate) fn latency(params: &Params) -> usize {
 fn stack<const N: usize>(planes: &[Plane; N]) -> Array3<f32> {
     let views: [ArrayView3<'_, f32>; N] = planes.each_ref().map(Plane::view3);
     concatenate(Axis(0), &views).expect("all planes of a stage have one size")
+}
+
+/// E in all of the picture.
+fn everywhere<const N: usize>(bands: &Bands, size: Size, e: &impl Responses<N>) -> Array3<f32> {
+    let mut planes: [Plane; N] = std::array::from_fn(|_| Plane::new(size));
+    let stride = planes[0].stride();
+    let mut out = planes.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
+    let whole = Area { top: 0, left: 0, rows: size.height, columns: size.width };
+    e.copy(bands, &whole, 0, &mut out);
+    stack(&planes)
 }
 
 /// The positive or negative part of a signal.

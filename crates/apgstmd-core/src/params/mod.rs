@@ -277,6 +277,8 @@ stage_params! {
         beta: f64 = 1.0, Between(0.0, 100.0);
         /// kappa: how much less recent predictions weigh, 1/frame.
         kappa: f64 = 0.02, Between(0.0, 10.0);
+        /// Gains below this share of the largest M become zero, so that predictions do not spread over the whole picture.
+        negligible: f64 = 1e-5, Between(0.0, 0.01);
     }
 }
 
@@ -366,6 +368,7 @@ impl Params {
             self.attention.speckles = Speckles::Both;
             self.attention.gate = Gate::Change;
             self.prediction.beta = 10.0;
+            self.prediction.negligible = 1e-4;
             self.detection.max_peaks = 200;
             self.detection.localise = Localise::Target;
         }

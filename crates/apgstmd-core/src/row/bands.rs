@@ -45,6 +45,12 @@ impl Rows<'_> {
     pub fn row(&mut self, y: usize) -> &mut [f32] {
         &mut self.data[y * self.stride..(y + 1) * self.stride]
     }
+
+    /// `columns` of a row.
+    #[inline(always)]
+    pub fn part(&mut self, y: usize, columns: Range<usize>) -> &mut [f32] {
+        &mut self.data[y * self.stride + columns.start..y * self.stride + columns.end]
+    }
 }
 
 /// One value a row.
@@ -127,10 +133,10 @@ impl Bands {
         self.over_long(height, BAND_ROWS, outputs, work);
     }
 
-    /// As [`Bands::over`] for bands of about `most` rows.
+    /// As [`Bands::over`] for bands of about `most` rows, which begin at even rows.
     pub fn over_long<T: Split>(&self, height: usize, most: usize, outputs: T, work: impl Fn(Range<usize>, T) + Sync) {
         let count = height.div_ceil(most).next_multiple_of(self.threads.min(height.div_ceil(8))).max(1);
-        let rows = height.div_ceil(count);
+        let rows = height.div_ceil(count).next_multiple_of(2);
         self.halve(0..height, rows, outputs, &work);
     }
 

@@ -1,7 +1,10 @@
-//! Lateral inhibition in two steps: a row spreads along itself, what spread gathers across rows.
+//! Lateral inhibition in two steps: a row spreads along itself, what spread is gathered across rows.
 //!
 //! The kernel is two separable Gaussians and a core, a small square that is symmetric in both directions: each source
-//! row becomes 2 + J rows, J = 1 + half width of the core, and an output row is a weighted sum of those around it.
+//! row becomes 2 + J rows, J = 1 + half width of the core, and an output row is a weighted sum of those around it. A strip
+//! goes through row by row, and only the spread rows that the kernel spans are kept, in the first-level cache.
+
+use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
@@ -13,113 +16,299 @@ use crate::plane::LANES;
 #[derive(Clone, Debug)]
 pub(crate) struct Lateral {
     /// Of both Gaussians along a row.
-    pub along: Vec<[f32; 2]>,
-    /// Of both across rows.
-    pub across: Vec<[f32; 2]>,
-    /// Of the core: row by row, from its middle row on, and in a row from its middle column on.
-    pub core: Vec<Vec<f32>>,
+    along: Vec<[f32; 2]>,
+    /// Of both across a pair of rows.
+    across: Vec<[Pair; 2]>,
+    /// Of the core, from its middle on: `side` rows of `side`.
+    core: Vec<f32>,
+    side: usize,
 }
 
+/// What the mean of two output rows takes of the sum of two source rows that lie evenly around them, and half their
+/// difference of the difference.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    mean: f32,
+    half: f32,
+}
+
+heap!(Pair);
 heap!(Lateral { along, across, core });
 
 impl Lateral {
+    /// From taps by distance: both Gaussians along and across rows, and the core.
+    pub fn new(along: Vec<[f32; 2]>, across: &[[f64; 2]], core: &[Vec<f32>]) -> Self {
+        assert!(along.len() == across.len() && (1..=along.len()).contains(&core.len()));
+        let tap = |d: usize, k: usize| across.get(d).map_or(0.0, |taps| taps[k]);
+        let pair = |d: usize, k: usize| Pair {
+            mean: (0.5 * (tap(d, k) + tap(d + 1, k))) as f32,
+            half: (0.5 * (tap(d, k) - tap(d + 1, k))) as f32,
+        };
+        Self {
+            along,
+            across: (0..across.len()).map(|d| [pair(d, 0), pair(d, 1)]).collect(),
+            core: core.concat(),
+            side: core.len(),
+        }
+    }
+
     pub fn radius(&self) -> usize {
         self.along.len() - 1
     }
 
-    /// Rows that a source row becomes.
-    pub fn rows(&self) -> usize {
-        2 + self.core.len()
+    /// Floats that the spread rows of a strip need.
+    pub fn ring(&self) -> usize {
+        self.taps().ring()
+    }
+
+    fn taps(&self) -> Taps<'_> {
+        let slots = (2 * self.along.len()).next_power_of_two();
+        Taps { along: &self.along, across: &self.across, core: &self.core, side: self.side, slots }
     }
 }
 
-/// Core rows that are spread together with the Gaussians.
-const TOGETHER: usize = 3;
+/// The kernel as loops see it.
+#[derive(Clone, Copy)]
+struct Taps<'a> {
+    along: &'a [[f32; 2]],
+    across: &'a [[Pair; 2]],
+    core: &'a [f32],
+    side: usize,
+    /// Spread row y lies in slot y mod `slots`, a power of two.
+    slots: usize,
+}
 
-/// Spreads a row: `out` is 2 + J rows of one length, both Gaussians and then the core's. `src` starts `radius` columns to
-/// their left.
-pub(crate) fn spread(level: Level, src: &[f32], kernel: &Lateral, out: &mut [f32]) {
-    let together = kernel.core.len().min(TOGETHER);
-    let width = out.len() / kernel.rows();
-    let (first, rest) = out.split_at_mut((2 + together) * width);
-    match together {
-        0 => dispatch!(level, simd => spread_in::<_, 0>(simd, src, kernel, first)),
-        1 => dispatch!(level, simd => spread_in::<_, 1>(simd, src, kernel, first)),
-        2 => dispatch!(level, simd => spread_in::<_, 2>(simd, src, kernel, first)),
-        _ => dispatch!(level, simd => spread_in::<_, TOGETHER>(simd, src, kernel, first)),
+/// The default kernel: radius 7, a core of radius 2.
+const DEFAULT_TAPS: usize = 8;
+const DEFAULT_SIDE: usize = 3;
+
+impl<'a> Taps<'a> {
+    fn is_default(&self) -> bool {
+        self.along.len() == DEFAULT_TAPS && self.side == DEFAULT_SIDE
     }
-    for (core, out) in kernel.core[together..].iter().zip(rest.chunks_exact_mut(width)) {
-        let inset = kernel.radius() + 1 - core.len();
-        dispatch!(level, simd => spread_core(simd, &src[inset..], core, out));
+
+    /// With lengths that the compiler knows, so that it unrolls the loops.
+    #[inline(always)]
+    fn of_default_shape(self) -> Taps<'a> {
+        let (along, across) = (&self.along[..DEFAULT_TAPS], &self.across[..DEFAULT_TAPS]);
+        let core = &self.core[..DEFAULT_SIDE * DEFAULT_SIDE];
+        Taps { along, across, core, side: DEFAULT_SIDE, slots: (2 * DEFAULT_TAPS).next_power_of_two() }
+    }
+
+    /// Floats of a slot: both Gaussians' rows and then the core's.
+    #[inline(always)]
+    fn slot(&self) -> usize {
+        (2 + self.side) * STRIP
+    }
+
+    #[inline(always)]
+    fn ring(&self) -> usize {
+        self.slots * self.slot()
+    }
+
+    /// Start of the slot of a row.
+    #[inline(always)]
+    fn at(&self, row: usize) -> usize {
+        (row & (self.slots - 1)) * self.slot()
     }
 }
 
+/// Most columns of a strip: the spread rows of the default kernel take 20 KB, and stay in the first-level cache.
+pub(crate) const STRIP: usize = 64;
+
+/// What is inhibited: rows of a strip from `radius` above its first on to `radius` below the last pair.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip<'a> {
+    /// Rows of `stride`, which begin `radius` columns to the left.
+    pub data: &'a [f32],
+    pub stride: usize,
+    /// Of each row, whether anything in it is not zero.
+    pub live: &'a [bool],
+    /// Columns, whole vectors, `STRIP` at most.
+    pub width: usize,
+}
+
+/// What becomes of the sums of both Gaussians and of the core, in rows of `STRIP`.
+pub(crate) trait Sink {
+    /// Floats that it has room for.
+    fn len(&self) -> usize;
+
+    /// # Safety
+    /// `at + S::f32s::LEN <= self.len()`.
+    #[allow(unsafe_code)]
+    unsafe fn put<S: Simd>(&mut self, simd: S, at: usize, smooth: S::f32s, inner: S::f32s);
+
+    fn zero(&mut self, range: Range<usize>);
+}
+
+/// `max(both Gaussians + core, 0)`.
+pub(crate) struct Positive<'a>(pub &'a mut [f32]);
+
+#[allow(unsafe_code)]
+impl Sink for Positive<'_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    unsafe fn put<S: Simd>(&mut self, simd: S, at: usize, smooth: S::f32s, inner: S::f32s) {
+        // SAFETY: passed on to the caller.
+        unsafe { store::<S>((smooth + inner).max(S::f32s::splat(simd, 0.0)), self.0, at) };
+    }
+
+    fn zero(&mut self, range: Range<usize>) {
+        self.0[range].fill(0.0);
+    }
+}
+
+/// Both parts of a kernel g of which the core is [g]+: the core's, and what the Gaussians have beside it, [g]-.
+pub(crate) struct Parts<'a>(pub [&'a mut [f32]; 2]);
+
+#[allow(unsafe_code)]
+impl Sink for Parts<'_> {
+    fn len(&self) -> usize {
+        self.0[0].len().min(self.0[1].len())
+    }
+
+    #[inline(always)]
+    unsafe fn put<S: Simd>(&mut self, _: S, at: usize, smooth: S::f32s, inner: S::f32s) {
+        // SAFETY: passed on to the caller.
+        unsafe {
+            store::<S>(inner, self.0[0], at);
+            store::<S>(smooth - inner, self.0[1], at);
+        }
+    }
+
+    fn zero(&mut self, range: Range<usize>) {
+        self.0.iter_mut().for_each(|rows| rows[range.clone()].fill(0.0));
+    }
+}
+
+/// Inhibits `rows` rows of a strip, in pairs: what a pixel comes to does not depend on its band if bands begin at even rows.
+/// `spread` has the room that [`Lateral::ring`] says, `sink` room for an even number of rows. Where the source is zero
+/// around a pair nothing is computed, unless `dense`. Returns how many rows were computed.
+pub(crate) fn inhibit(
+    level: Level,
+    kernel: &Lateral,
+    source: Strip<'_>,
+    rows: usize,
+    spread: &mut [f32],
+    dense: bool,
+    sink: &mut impl Sink,
+) -> usize {
+    let taps = kernel.taps();
+    if taps.is_default() {
+        dispatch!(level, simd => inhibit_in::<_, true>(simd, taps, source, rows, spread, dense, sink))
+    } else {
+        dispatch!(level, simd => inhibit_in::<_, false>(simd, taps, source, rows, spread, dense, sink))
+    }
+}
+
+/// `DEFAULT`: the kernel has the default shape.
 #[inline(always)]
-fn spread_in<S: Simd, const J: usize>(simd: S, src: &[f32], kernel: &Lateral, out: &mut [f32]) {
-    let (radius, width) = (kernel.radius(), out.len() / (2 + J));
-    let reach = if J == 0 { 0 } else { kernel.core[0].len() - 1 };
-    assert!(width.is_multiple_of(LANES) && src.len() >= width + 2 * radius && reach <= radius);
-    assert!(kernel.core[..J].iter().all(|core| core.len() == reach + 1));
-    let mut core: [&[f32]; J] = [&[]; J];
-    for (core, taps) in core.iter_mut().zip(&kernel.core) {
-        *core = taps;
+fn inhibit_in<S: Simd, const DEFAULT: bool>(
+    simd: S,
+    taps: Taps<'_>,
+    source: Strip<'_>,
+    rows: usize,
+    spread: &mut [f32],
+    dense: bool,
+    sink: &mut impl Sink,
+) -> usize {
+    let taps = if DEFAULT { taps.of_default_shape() } else { taps };
+    let Strip { data, stride, live, width } = source;
+    let radius = taps.along.len() - 1;
+    let count = rows.next_multiple_of(2) + 2 * radius;
+    assert!(width.is_multiple_of(LANES) && width <= STRIP && stride >= width + 2 * radius);
+    assert!(live.len() >= count && data.len() >= count * stride && sink.len() >= (count - 2 * radius) * STRIP);
+    assert!(spread.len() >= taps.ring() && taps.core.len() == taps.side * taps.side && taps.side <= radius + 1);
+    let (mut next, mut until, mut computed) = (0, 0, 0);
+    for y in (0..rows).step_by(2) {
+        while next < y + 2 + 2 * radius {
+            let slot = taps.at(next);
+            let out = &mut spread[slot..slot + taps.slot()];
+            if live[next] {
+                until = next + 1;
+                spread_row(simd, &data[next * stride..(next + 1) * stride], width, taps, out);
+            } else {
+                out.fill(0.0);
+            }
+            next += 1;
+        }
+        let at = y * STRIP;
+        if until <= y && !dense {
+            sink.zero(at..at + 2 * STRIP);
+            continue;
+        }
+        let pairs = width - width % (2 * S::f32s::LEN);
+        for x in (0..pairs).step_by(2 * S::f32s::LEN) {
+            gather_at::<S, 2>(simd, spread, taps, [y + radius, x], at + x, sink);
+        }
+        for x in (pairs..width).step_by(S::f32s::LEN) {
+            gather_at::<S, 1>(simd, spread, taps, [y + radius, x], at + x, sink);
+        }
+        computed += 2.min(rows - y);
     }
-    let step = 2 * S::f32s::LEN;
-    let pairs = width - width % step;
-    for x in (0..pairs).step_by(step) {
-        spread_at::<S, J, 2>(simd, src, &kernel.along, core, out, [x, width]);
+    computed
+}
+
+/// Spreads a row into a slot. `src` starts `radius` columns to the left.
+#[inline(always)]
+fn spread_row<S: Simd>(simd: S, src: &[f32], width: usize, taps: Taps<'_>, out: &mut [f32]) {
+    let pairs = width - width % (2 * S::f32s::LEN);
+    for x in (0..pairs).step_by(2 * S::f32s::LEN) {
+        spread_at::<S, 2>(simd, src, taps, out, x);
     }
     for x in (pairs..width).step_by(S::f32s::LEN) {
-        spread_at::<S, J, 1>(simd, src, &kernel.along, core, out, [x, width]);
+        spread_at::<S, 1>(simd, src, taps, out, x);
+    }
+    if taps.side != DEFAULT_SIDE {
+        let radius = taps.along.len() - 1;
+        for (core, out) in taps.core.chunks_exact(taps.side).zip(out[2 * STRIP..].chunks_exact_mut(STRIP)) {
+            spread_core(simd, &src[radius + 1 - core.len()..], core, &mut out[..width]);
+        }
     }
 }
 
 /// V vectors from column x on: each tap is fetched once for all of them.
 #[inline(always)]
 #[allow(unsafe_code)]
-fn spread_at<S: Simd, const J: usize, const V: usize>(
-    simd: S,
-    src: &[f32],
-    along: &[[f32; 2]],
-    core: [&[f32]; J],
-    out: &mut [f32],
-    [x, width]: [usize; 2],
-) {
-    let radius = along.len() - 1;
-    let reach = if J == 0 { 0 } else { core[0].len() - 1 };
+fn spread_at<S: Simd, const V: usize>(simd: S, src: &[f32], taps: Taps<'_>, out: &mut [f32], x: usize) {
+    let radius = taps.along.len() - 1;
     let zero = S::f32s::splat(simd, 0.0);
     // Loops rather than `map` and `from_fn`, which are not compiled for the instruction set unless they are inlined.
-    let (mut smooth, mut inner, mut pair) = ([[zero; V]; 2], [[zero; V]; J], [zero; V]);
+    let (mut smooth, mut inner, mut pair) = ([[zero; V]; 2], [[zero; V]; DEFAULT_SIDE], [zero; V]);
     for d in 0..=radius {
         for (v, pair) in pair.iter_mut().enumerate() {
             let at = x + radius + v * S::f32s::LEN;
-            // SAFETY: `spread_in` asserts that src has radius columns on both sides of width, and x + V LEN <= width.
+            // SAFETY: `inhibit_in` asserts that src has radius columns on both sides of width, and x + V LEN <= width.
             *pair = unsafe { load(simd, src, at - d) };
             if d > 0 {
                 // SAFETY: as above.
                 *pair += unsafe { load(simd, src, at + d) };
             }
         }
-        for k in 0..2 {
-            let tap = S::f32s::splat(simd, along[d][k]);
+        for (k, smooth) in smooth.iter_mut().enumerate() {
+            let tap = S::f32s::splat(simd, taps.along[d][k]);
             for v in 0..V {
-                smooth[k][v] = pair[v].mul_add(tap, smooth[k][v]);
+                smooth[v] = pair[v].mul_add(tap, smooth[v]);
             }
         }
-        if d <= reach {
-            for j in 0..J {
-                let tap = S::f32s::splat(simd, core[j][d]);
+        if taps.side == DEFAULT_SIDE && d < DEFAULT_SIDE {
+            for (j, inner) in inner.iter_mut().enumerate() {
+                let tap = S::f32s::splat(simd, taps.core[j * DEFAULT_SIDE + d]);
                 for v in 0..V {
-                    inner[j][v] = pair[v].mul_add(tap, inner[j][v]);
+                    inner[v] = pair[v].mul_add(tap, inner[v]);
                 }
             }
         }
     }
-    for row in 0..2 + J {
+    let rows = if taps.side == DEFAULT_SIDE { 2 + DEFAULT_SIDE } else { 2 };
+    for row in 0..rows {
         for v in 0..V {
             let sum = if row < 2 { smooth[row][v] } else { inner[row - 2][v] };
-            // SAFETY: out is 2 + J rows of width, and x + V LEN <= width.
-            unsafe { store::<S>(sum, out, row * width + x + v * S::f32s::LEN) };
+            // SAFETY: out is 2 + side rows of STRIP, and x + V LEN <= width <= STRIP.
+            unsafe { store::<S>(sum, out, row * STRIP + x + v * S::f32s::LEN) };
         }
     }
 }
@@ -142,120 +331,54 @@ fn spread_core<S: Simd>(simd: S, src: &[f32], taps: &[f32], out: &mut [f32]) {
     }
 }
 
-/// Spread rows in a ring: row y lies in slot y mod `slots`, a power of two.
-#[derive(Clone, Copy)]
-pub(crate) struct SpreadRows<'a> {
-    pub data: &'a [f32],
-    pub slots: usize,
-    pub width: usize,
-    /// The row to gather for.
-    pub middle: usize,
-}
-
-impl SpreadRows<'_> {
-    fn at(&self, kernel: &Lateral, row: usize) -> usize {
-        (row & (self.slots - 1)) * kernel.rows() * self.width
-    }
-
-    /// Start of the rows `d` above and below.
-    #[inline(always)]
-    fn around(&self, kernel: &Lateral, d: usize) -> [usize; 2] {
-        [self.at(kernel, self.middle.wrapping_sub(d)), self.at(kernel, self.middle + d)]
-    }
-
-    fn check(&self, kernel: &Lateral) {
-        assert!(
-            self.slots.is_power_of_two()
-                && self.slots > 2 * kernel.radius()
-                && kernel.core.len() <= kernel.radius() + 1
-        );
-        assert!(self.width.is_multiple_of(LANES) && self.data.len() >= self.slots * kernel.rows() * self.width);
-    }
-}
-
-/// Gathers spread rows: `out = max(both Gaussians + core, 0)`.
-pub(crate) fn gather(level: Level, rows: SpreadRows<'_>, kernel: &Lateral, out: &mut [f32]) {
-    dispatch!(level, simd => gather_in(simd, rows, kernel, out));
-}
-
-#[inline(always)]
-fn gather_in<S: Simd>(simd: S, rows: SpreadRows<'_>, kernel: &Lateral, out: &mut [f32]) {
-    rows.check(kernel);
-    assert!(out.len() == rows.width);
-    let step = 4 * S::f32s::LEN;
-    let fours = rows.width - rows.width % step;
-    for x in (0..fours).step_by(step) {
-        let sums = gather_at::<S, 4>(simd, rows, kernel, x);
-        put_positive::<S, 4>(simd, sums, &mut out[x..x + step]);
-    }
-    for x in (fours..rows.width).step_by(S::f32s::LEN) {
-        let sums = gather_at::<S, 1>(simd, rows, kernel, x);
-        put_positive::<S, 1>(simd, sums, &mut out[x..x + S::f32s::LEN]);
-    }
-}
-
-#[inline(always)]
-fn put_positive<S: Simd, const V: usize>(simd: S, sums: [[S::f32s; 2]; V], out: &mut [f32]) {
-    let zero = S::f32s::splat(simd, 0.0);
-    for v in 0..V {
-        let [smooth, inner] = sums[v];
-        (smooth + inner).max(zero).store_slice(&mut out[v * S::f32s::LEN..(v + 1) * S::f32s::LEN]);
-    }
-}
-
-/// Gathers both parts of a kernel g of which the core is [g]+: `out[0]` is the core's, `out[1]` what the Gaussians have
-/// beside it, [g]-.
-pub(crate) fn gather_parts(level: Level, rows: SpreadRows<'_>, kernel: &Lateral, out: [&mut [f32]; 2]) {
-    dispatch!(level, simd => gather_parts_in(simd, rows, kernel, out));
-}
-
-#[inline(always)]
-fn gather_parts_in<S: Simd>(simd: S, rows: SpreadRows<'_>, kernel: &Lateral, [center, surround]: [&mut [f32]; 2]) {
-    rows.check(kernel);
-    assert!(center.len() == rows.width && surround.len() == rows.width);
-    for x in (0..rows.width).step_by(S::f32s::LEN) {
-        let [[smooth, inner]] = gather_at::<S, 1>(simd, rows, kernel, x);
-        inner.store_slice(&mut center[x..x + S::f32s::LEN]);
-        (smooth - inner).store_slice(&mut surround[x..x + S::f32s::LEN]);
-    }
-}
-
-/// Gaussians and core of V vectors from column x on. `rows` has been checked, and x + V LEN <= width.
+/// Rows y and y + 1 of V vectors from column x on, which lie from `at` on in `sink`. Source rows that lie evenly around the pair are added and subtracted
+/// once for both: half the loads of a row alone.
 #[inline(always)]
 #[allow(unsafe_code)]
-fn gather_at<S: Simd, const V: usize>(simd: S, rows: SpreadRows<'_>, kernel: &Lateral, x: usize) -> [[S::f32s; 2]; V] {
-    let (data, width) = (rows.data, rows.width);
+fn gather_at<S: Simd, const V: usize>(
+    simd: S,
+    spread: &[f32],
+    taps: Taps<'_>,
+    [y, x]: [usize; 2],
+    at: usize,
+    sink: &mut impl Sink,
+) {
     let zero = S::f32s::splat(simd, 0.0);
-    let mut sums = [[zero; 2]; V];
-    // SAFETY: every row of every slot lies inside data: `check`.
+    let (mut mean, mut half, mut inner) = ([[zero; V]; 2], [[zero; V]; 2], [[zero; V]; 2]);
+    // SAFETY: `inhibit_in` asserts that every row of every slot lies inside spread, and x + V LEN <= width <= STRIP.
     unsafe {
-        let [middle, _] = rows.around(kernel, 0);
-        for (k, tap) in kernel.across[0].iter().enumerate() {
-            let tap = S::f32s::splat(simd, *tap);
-            for (v, [smooth, _]) in sums.iter_mut().enumerate() {
-                *smooth = load(simd, data, middle + k * width + x + v * S::f32s::LEN).mul_add(tap, *smooth);
-            }
-        }
-        for (d, taps) in kernel.across.iter().enumerate().skip(1) {
-            let [above, below] = rows.around(kernel, d);
-            for (k, tap) in taps.iter().enumerate() {
-                let tap = S::f32s::splat(simd, *tap);
-                for (v, [smooth, _]) in sums.iter_mut().enumerate() {
-                    let at = k * width + x + v * S::f32s::LEN;
-                    *smooth = (load(simd, data, above + at) + load(simd, data, below + at)).mul_add(tap, *smooth);
+        for (d, pairs) in taps.across.iter().enumerate() {
+            let (above, below) = (taps.at(y - d), taps.at(y + 1 + d));
+            for k in 0..2 {
+                let (mean_tap, half_tap) = (S::f32s::splat(simd, pairs[k].mean), S::f32s::splat(simd, pairs[k].half));
+                for v in 0..V {
+                    let at = k * STRIP + x + v * S::f32s::LEN;
+                    let (above, below) = (load(simd, spread, above + at), load(simd, spread, below + at));
+                    mean[k][v] = (above + below).mul_add(mean_tap, mean[k][v]);
+                    half[k][v] = (above - below).mul_add(half_tap, half[k][v]);
                 }
             }
         }
-        for j in 0..kernel.core.len() {
-            let [above, below] = rows.around(kernel, j);
-            for (v, [_, inner]) in sums.iter_mut().enumerate() {
-                let at = (2 + j) * width + x + v * S::f32s::LEN;
-                let value = load(simd, data, above + at);
-                *inner += if j == 0 { value } else { value + load(simd, data, below + at) };
+        for j in 0..taps.side {
+            for (row, inner) in inner.iter_mut().enumerate() {
+                let (above, below) = (taps.at(y + row - j), taps.at(y + row + j));
+                for (v, inner) in inner.iter_mut().enumerate() {
+                    let at = (2 + j) * STRIP + x + v * S::f32s::LEN;
+                    let value = load(simd, spread, above + at);
+                    *inner += if j == 0 { value } else { value + load(simd, spread, below + at) };
+                }
             }
         }
     }
-    sums
+    for v in 0..V {
+        let (mean, half) = (mean[0][v] + mean[1][v], half[0][v] + half[1][v]);
+        let at = at + v * S::f32s::LEN;
+        // SAFETY: `inhibit_in` asserts that sink holds both rows.
+        unsafe {
+            sink.put(simd, at, mean + half, inner[0][v]);
+            sink.put(simd, at + STRIP, mean - half, inner[1][v]);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -263,52 +386,50 @@ mod tests {
     use super::*;
     use crate::row::machine::SimdLevel;
 
-    /// Every instruction set against nested loops, for cores of any size and widths that are not a multiple of the blocks.
+    /// Every instruction set against nested loops, for cores of any size, widths that are not a multiple of the blocks, and
+    /// an odd number of rows.
     #[test]
-    fn spread_and_gathered_by_definition() {
+    fn by_definition() {
         let mut seed = 5u32;
         let mut random = || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             seed as f32 / u32::MAX as f32
         };
-        for (radius, reach, width) in [(1, 0, 16), (2, 2, 48), (7, 2, 80), (7, 7, 64), (9, 4, 112)] {
-            let mut taps = |count: usize| (0..count).map(|_| [random(), random() - 1.0]).collect::<Vec<_>>();
-            let (along, across) = (taps(radius + 1), taps(radius + 1));
-            let core = (0..=reach).map(|_| (0..=reach).map(|_| random()).collect()).collect();
-            let kernel = Lateral { along, across, core };
-            let (rows, stride) = (2 * radius + 1, width + 2 * radius);
-            let src: Vec<f32> = (0..rows * stride).map(|_| random()).collect();
+        for (radius, reach, width) in [(1, 0, 16), (2, 2, 48), (7, 2, 64), (7, 7, 32), (9, 4, 48)] {
+            let along: Vec<[f32; 2]> = (0..=radius).map(|_| [random(), random() - 1.0]).collect();
+            let across: Vec<[f64; 2]> = (0..=radius).map(|_| [random(), random() - 1.0].map(f64::from)).collect();
+            let core: Vec<Vec<f32>> = (0..=reach).map(|_| (0..=reach).map(|_| random()).collect()).collect();
+            let kernel = Lateral::new(along.clone(), &across, &core);
+            let (rows, stride) = (9, width + 2 * radius);
+            let count = rows + 1 + 2 * radius;
+            let data: Vec<f32> = (0..count * stride).map(|_| random()).collect();
+            let source = Strip { data: &data, stride, live: &vec![true; count], width };
             let tap = |dy: usize, dx: usize| {
-                let smooth: f64 =
-                    (0..2).map(|k| f64::from(kernel.along[dx][k]) * f64::from(kernel.across[dy][k])).sum();
-                let core = kernel.core.get(dy).and_then(|row| row.get(dx)).map_or(0.0, |tap| f64::from(*tap));
-                [smooth, core]
+                let smooth: f64 = (0..2).map(|k| f64::from(along[dx][k]) * across[dy][k]).sum();
+                [smooth, core.get(dy).and_then(|row| row.get(dx)).map_or(0.0, |tap| f64::from(*tap))]
             };
             for simd in SimdLevel::available() {
-                let slots = rows.next_power_of_two();
-                let size = kernel.rows() * width;
-                let mut data = vec![0.0; slots * size];
-                for (src, out) in src.chunks_exact(stride).zip(data.chunks_exact_mut(size)) {
-                    spread(simd.level(), src, &kernel, out);
-                }
-                let spread = SpreadRows { data: &data, slots, width, middle: radius };
-                let (mut out, mut center, mut surround) = (vec![0.0; width], vec![0.0; width], vec![0.0; width]);
-                gather(simd.level(), spread, &kernel, &mut out);
-                gather_parts(simd.level(), spread, &kernel, [&mut center, &mut surround]);
-                for x in 0..width {
-                    let mut truth = [0.0; 2];
-                    for y in 0..rows {
-                        for column in 0..rows {
-                            let taps = tap(y.abs_diff(radius), column.abs_diff(radius));
-                            let value = f64::from(src[y * stride + x + column]);
-                            truth = [truth[0] + taps[0] * value, truth[1] + taps[1] * value];
+                let mut spread = vec![f32::NAN; kernel.ring()];
+                let mut out = vec![vec![0.0; (rows + 1) * STRIP]; 3];
+                let [positive, center, surround] = &mut out[..] else { unreachable!() };
+                inhibit(simd.level(), &kernel, source, rows, &mut spread, false, &mut Positive(positive));
+                inhibit(simd.level(), &kernel, source, rows, &mut spread, false, &mut Parts([center, surround]));
+                for row in 0..rows {
+                    for x in 0..width {
+                        let (mut smooth, mut inner) = (0.0, 0.0);
+                        for dy in 0..=2 * radius {
+                            for dx in 0..=2 * radius {
+                                let taps = tap(dy.abs_diff(radius), dx.abs_diff(radius));
+                                let value = f64::from(data[(row + dy) * stride + x + dx]);
+                                (smooth, inner) = (smooth + taps[0] * value, inner + taps[1] * value);
+                            }
                         }
-                    }
-                    let [smooth, inner] = truth;
-                    let given = [out[x], center[x], surround[x]].map(f64::from);
-                    for (given, truth) in given.into_iter().zip([(smooth + inner).max(0.0), inner, smooth - inner]) {
-                        // Some hundred terms of size up to one.
-                        assert!((given - truth).abs() < 1e-3, "{simd}, radius {radius}, column {x}: {given} {truth}");
+                        let given = [&out[0], &out[1], &out[2]].map(|out| f64::from(out[row * STRIP + x]));
+                        let truth = [(smooth + inner).max(0.0), inner, smooth - inner];
+                        for (given, truth) in given.into_iter().zip(truth) {
+                            // Some hundred terms of size up to one.
+                            assert!((given - truth).abs() < 1e-3, "{simd}, radius {radius}: {given} {truth}");
+                        }
                     }
                 }
             }

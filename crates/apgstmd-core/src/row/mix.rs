@@ -1,96 +1,120 @@
 //! Products and mixtures of rows, pixel by pixel.
 
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
+use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use super::load_store::{load, store};
 use crate::DIRECTIONS;
 use crate::plane::LANES;
+use crate::row::bands::Rows;
+use crate::row::lateral::STRIP;
 
-/// The lobula's product: `out = max(l, 0) (tm1_4 + mi1_up) tm1_5_up`, zero where it is below `floor`. Returns whether
-/// anything is not zero.
-pub(crate) fn correlate(
-    level: Level,
-    [l, tm1_4]: [&[f32]; 2],
-    [mi1_up, tm1_5_up]: [&[f32]; 2],
-    floor: f32,
-    out: &mut [f32],
-) -> bool {
-    dispatch!(level, simd => correlate_in(simd, [l, tm1_4, mi1_up, tm1_5_up], floor, out))
-}
-
+/// The lobula's product, one row of each direction: `out = max(l, 0) (tm1_4 + mi1_up) tm1_5_up` zero where
+/// it is below `floor`. Returns of each direction whether anything is not zero.
 #[inline(always)]
 #[allow(unsafe_code)]
-fn correlate_in<S: Simd>(simd: S, sources: [&[f32]; 4], floor: f32, out: &mut [f32]) -> bool {
-    let width = out.len();
-    assert!(width.is_multiple_of(LANES) && sources.iter().all(|row| row.len() == width));
+pub(crate) fn correlate<S: Simd, const K: usize>(
+    simd: S,
+    [l, tm1_4]: [&[f32]; 2],
+    [mi1_up, tm1_5_up]: [[&[f32]; K]; 2],
+    floor: f32,
+    out: [&mut [f32]; K],
+) -> [bool; K] {
+    let width = l.len();
+    assert!(width.is_multiple_of(LANES) && tm1_4.len() == width);
+    for k in 0..K {
+        assert!(mi1_up[k].len() == width && tm1_5_up[k].len() == width && out[k].len() == width);
+    }
     let zero = S::f32s::splat(simd, 0.0);
     let floor = S::f32s::splat(simd, floor);
-    let mut any = zero;
+    let mut any = [zero; K];
     for x in (0..width).step_by(S::f32s::LEN) {
         // SAFETY: x + LEN <= width, the length of every row.
         unsafe {
-            let [l, tm1_4, mi1_up, tm1_5_up] = sources;
-            let sum = load(simd, tm1_4, x) + load(simd, mi1_up, x);
-            let product = load(simd, l, x).max(zero) * sum * load(simd, tm1_5_up, x);
-            let value = product.simd_lt(floor).select(zero, product);
-            any = any.max(value);
-            store::<S>(value, out, x);
+            let (tm3, tm1_4) = (load(simd, l, x).max(zero), load(simd, tm1_4, x));
+            for k in 0..K {
+                let product = (tm1_4 + load(simd, mi1_up[k], x)) * tm3 * load(simd, tm1_5_up[k], x);
+                let value = product.simd_lt(floor).select(zero, product);
+                any[k] = any[k].max(value);
+                store::<S>(value, out[k], x);
+            }
         }
     }
-    any.simd_gt(zero).any_true()
+    let mut live = [false; K];
+    for k in 0..K {
+        live[k] = any[k].simd_gt(zero).any_true();
+    }
+    live
 }
 
-/// Inhibition between directions: `out[k] = max(sum over m of weights[|k - m|] s[m], 0)`, the distance taken around the
-/// circle; values at or below `floor` become zero. `strongest` receives the largest over k.
+/// Inhibition between directions: `e[k] = max(sum over m of weights[|k - m|] s[m], 0)`, the distance taken around the
+/// circle; values at or below `floor` become zero. `strongest` receives the largest over k. Without `e` nothing else
+/// is written. `s` holds rows of `STRIP`, of
+/// which the first are written to `columns`.
 pub(crate) fn inhibit_directions(
     level: Level,
     s: [&[f32]; DIRECTIONS],
+    columns: Range<usize>,
     weights: &[f32; DIRECTIONS / 2 + 1],
     floor: f32,
-    out: [&mut [f32]; DIRECTIONS],
-    strongest: &mut [f32],
+    e: Option<&mut [Rows<'_>; DIRECTIONS]>,
+    strongest: &mut Rows<'_>,
 ) {
-    dispatch!(level, simd => inhibit_directions_in(simd, s, weights, floor, out, strongest));
+    let mut none: [Rows<'_>; DIRECTIONS] = std::array::from_fn(|_| Rows { data: &mut [], stride: 0 });
+    match e {
+        Some(e) => {
+            dispatch!(level, simd => inhibit_directions_in::<_, true>(simd, s, columns, weights, floor, e, strongest));
+        }
+        None => {
+            dispatch!(level, simd => inhibit_directions_in::<_, false>(simd, s, columns, weights, floor, &mut none, strongest));
+        }
+    }
 }
 
 #[inline(always)]
 #[allow(unsafe_code)]
-fn inhibit_directions_in<S: Simd>(
+fn inhibit_directions_in<S: Simd, const MAPS: bool>(
     simd: S,
     s: [&[f32]; DIRECTIONS],
+    columns: Range<usize>,
     weights: &[f32; DIRECTIONS / 2 + 1],
     floor: f32,
-    out: [&mut [f32]; DIRECTIONS],
-    strongest: &mut [f32],
+    e: &mut [Rows<'_>; DIRECTIONS],
+    strongest: &mut Rows<'_>,
 ) {
-    let width = strongest.len();
-    assert!(
-        width.is_multiple_of(LANES)
-            && s.iter().all(|row| row.len() == width)
-            && out.iter().all(|row| row.len() == width)
-    );
+    let (width, length) = (columns.len(), s[0].len());
+    assert!(width.is_multiple_of(LANES) && width <= STRIP && s.iter().all(|s| s.len() == length));
     let zero = S::f32s::splat(simd, 0.0);
     let floor = S::f32s::splat(simd, floor);
-    let w = weights.map(|weight| S::f32s::splat(simd, weight));
-    for x in (0..width).step_by(S::f32s::LEN) {
-        // SAFETY: x + LEN <= width, the length of every row.
-        unsafe {
-            let s: [S::f32s; DIRECTIONS] = std::array::from_fn(|k| load(simd, s[k], x));
+    let mut w = [zero; DIRECTIONS / 2 + 1];
+    for (w, weight) in w.iter_mut().zip(weights) {
+        *w = S::f32s::splat(simd, *weight);
+    }
+    for row in 0..length / STRIP {
+        for x in (0..width).step_by(S::f32s::LEN) {
+            let mut at = [zero; DIRECTIONS];
+            for k in 0..DIRECTIONS {
+                // SAFETY: x + LEN <= width, and s holds the row.
+                at[k] = unsafe { load(simd, s[k], row * STRIP + x) };
+            }
+            let columns = columns.start + x..columns.start + x + S::f32s::LEN;
             let mut most = zero;
             for k in 0..DIRECTIONS {
-                let around = |d: usize| s[(k + d) % DIRECTIONS] + s[(k + DIRECTIONS - d) % DIRECTIONS];
-                let mut sum = s[k] * w[0];
-                for (d, w) in w.iter().enumerate().take(DIRECTIONS / 2).skip(1) {
-                    sum = around(d).mul_add(*w, sum);
+                let mut sum = at[k] * w[0];
+                for d in 1..DIRECTIONS / 2 {
+                    let both = at[(k + d) % DIRECTIONS] + at[(k + DIRECTIONS - d) % DIRECTIONS];
+                    sum = both.mul_add(w[d], sum);
                 }
-                sum = s[(k + DIRECTIONS / 2) % DIRECTIONS].mul_add(w[DIRECTIONS / 2], sum);
+                sum = at[(k + DIRECTIONS / 2) % DIRECTIONS].mul_add(w[DIRECTIONS / 2], sum);
                 let value = sum.simd_gt(floor).select(sum, zero);
                 most = most.max(value);
-                store::<S>(value, out[k], x);
+                if MAPS {
+                    value.store_slice(e[k].part(row, columns.clone()));
+                }
             }
-            store::<S>(most, strongest, x);
+            most.store_slice(strongest.part(row, columns));
         }
     }
 }

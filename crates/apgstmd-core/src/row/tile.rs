@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::load_store::load;
+use super::load_store::{load, store};
 use crate::memory::heap;
 use crate::tiles::TILE;
 
@@ -97,39 +97,59 @@ fn correlate_tile_in<S: Simd>(
     }
 }
 
-/// `out = a x + b y` over a tile, of which `out` has rows `stride` apart. Returns for each row which columns are not zero,
-/// as bits, and the sums over the quarters of the tile.
+/// Rows of a tile inside a map; below them it is zero.
+#[derive(Clone, Copy)]
+pub(crate) struct TileRows<'a> {
+    pub data: &'a [f32],
+    pub stride: usize,
+    pub rows: usize,
+}
+
+/// `out = a x + b y` over a tile, of which `out` has rows `stride` apart; what is not there is zero. Returns for each row
+/// which columns are not zero, as bits, and the sums over the quarters of the tile.
 pub(crate) fn mix_tile(
     level: Level,
     [a, b]: [f32; 2],
-    [x, y]: [&[f32]; 2],
+    (x, y): (Option<TileRows<'_>>, Option<&[f32]>),
     out: &mut [f32],
     stride: usize,
 ) -> ([u16; TILE], [f32; 4]) {
-    dispatch!(level, simd => mix_tile_in(simd, [a, b], [x, y], out, stride))
+    let zeros = [0.0; TILE];
+    let x = x.unwrap_or(TileRows { data: &zeros, stride: 0, rows: TILE });
+    let (y, step) = y.map_or((&zeros[..], 0), |y| (y, TILE));
+    dispatch!(level, simd => mix_tile_in(simd, [a, b], x, (y, step), out, stride))
 }
 
 #[inline(always)]
+#[allow(unsafe_code)]
 fn mix_tile_in<S: Simd>(
     simd: S,
     [a, b]: [f32; 2],
-    [x, y]: [&[f32]; 2],
+    x: TileRows<'_>,
+    (y, step): (&[f32], usize),
     out: &mut [f32],
     stride: usize,
 ) -> ([u16; TILE], [f32; 4]) {
+    assert!((1..=TILE).contains(&x.rows) && x.data.len() >= (x.rows - 1) * x.stride + TILE);
+    assert!(y.len() >= (TILE - 1) * step + TILE && TILE.is_multiple_of(S::f32s::LEN));
+    assert!(stride >= TILE && out.len() >= (TILE - 1) * stride + TILE);
     let zero = S::f32s::splat(simd, 0.0);
     let (mut columns, mut sums) = ([0; TILE], [0.0; 4]);
     for half in 0..2 {
         let mut total = [0.0; TILE];
-        for row in half * ROWS..(half + 1) * ROWS {
-            for left in (0..TILE).step_by(S::f32s::LEN) {
-                let at = row * TILE + left..row * TILE + left + S::f32s::LEN;
-                let value = S::f32s::from_slice(simd, &x[at.clone()]) * a + S::f32s::from_slice(simd, &y[at]) * b;
-                value.store_slice(&mut out[row * stride + left..row * stride + left + S::f32s::LEN]);
-                columns[row] |= (value.simd_gt(zero).to_bitmask() as u16) << left;
-                let total = &mut total[left..left + S::f32s::LEN];
-                (S::f32s::from_slice(simd, total) + value).store_slice(total);
+        for left in (0..TILE).step_by(S::f32s::LEN) {
+            let mut sum = zero;
+            for (row, columns) in columns.iter_mut().enumerate().skip(half * ROWS).take(ROWS) {
+                // SAFETY: left + LEN <= TILE, x holds its rows, y and out hold TILE rows, as asserted.
+                unsafe {
+                    let first = if row < x.rows { load(simd, x.data, row * x.stride + left) } else { zero };
+                    let value = first * a + load(simd, y, row * step + left) * b;
+                    store::<S>(value, out, row * stride + left);
+                    *columns |= (value.simd_gt(zero).to_bitmask() as u16) << left;
+                    sum += value;
+                }
             }
+            sum.store_slice(&mut total[left..left + S::f32s::LEN]);
         }
         for (quarter, total) in total.chunks_exact(ROWS).enumerate() {
             for value in total {
@@ -138,6 +158,26 @@ fn mix_tile_in<S: Simd>(
         }
     }
     (columns, sums)
+}
+
+/// Whether anything in a tile is not zero. None is negative.
+pub(crate) fn anything(level: Level, src: TileRows<'_>) -> bool {
+    dispatch!(level, simd => anything_in(simd, src))
+}
+
+#[inline(always)]
+#[allow(unsafe_code)]
+fn anything_in<S: Simd>(simd: S, TileRows { data, stride, rows }: TileRows<'_>) -> bool {
+    assert!(rows > 0 && data.len() >= (rows - 1) * stride + TILE && TILE.is_multiple_of(S::f32s::LEN));
+    let zero = S::f32s::splat(simd, 0.0);
+    let mut most = zero;
+    for row in 0..rows {
+        for left in (0..TILE).step_by(S::f32s::LEN) {
+            // SAFETY: data holds TILE columns of each row, as asserted.
+            most = most.max(unsafe { load(simd, data, row * stride + left) });
+        }
+    }
+    most.simd_gt(zero).any_true()
 }
 
 /// `r += (inside - r) fade` along a row, inside being 1 where `m` exceeds `threshold` and 0 elsewhere; what falls below

@@ -4,14 +4,14 @@
 //! delay of OFF. W has the form of the lobula's W_s and its parameters. Nothing lies outside the picture.
 
 use crate::filter::gamma::{Gamma, Response};
-use crate::filter::rolling::{ROLLING_ROWS, Rolling, STRIP};
+use crate::filter::rolling::{Around, ROLLING_ROWS, Rolling, Source};
 use crate::filter::temporal::TemporalFilter;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
-use crate::plane::{Plane, padded};
+use crate::plane::{Buffer, Plane};
 use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::lateral::{Lateral, gather};
+use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::opponent::multiply;
 use crate::row::recurse::Prepare;
 use crate::stage::lobula::lateral;
@@ -24,7 +24,8 @@ pub(crate) struct Estmd {
     pub off_delayed: Plane,
     pub y: Plane,
     delay: TemporalFilter<1>,
-    scratch: Scratch<Rolling>,
+    /// And what a strip comes to.
+    scratch: Scratch<(Source, Rolling, Buffer)>,
 }
 
 heap!(Estmd { lateral, on, off, off_delayed, y, delay, scratch });
@@ -40,7 +41,9 @@ impl Estmd {
             off_delayed: Plane::new(size),
             y: Plane::new(size),
             delay: TemporalFilter::new(size, params.engine.temporal, Prepare::Keep, &delay, Response::Impulse),
-            scratch: Scratch::new(threads, || Rolling::new(&lateral)),
+            scratch: Scratch::new(threads, || {
+                (Source::new(&lateral), Rolling::new(&lateral), Buffer::zeros(ROLLING_ROWS * STRIP))
+            }),
             lateral,
         }
     }
@@ -59,28 +62,19 @@ impl Estmd {
 
     /// ON and OFF.
     fn divide(&mut self, bands: &Bands, l1: &Plane) {
-        let (size, stride, level) = (l1.size(), l1.stride(), bands.level());
+        let (size, stride) = (l1.size(), l1.stride());
         let Self { lateral, on, off, scratch, .. } = self;
         let out = [on, off].map(|plane| Rows { data: plane.data_mut(), stride });
         bands.over_long(size.height, ROLLING_ROWS, out, |range, out| {
-            scratch.with(bands, |rolling| {
+            scratch.with(bands, |(source, rolling, part)| {
                 for (mut out, sign) in out.into_iter().zip([Prepare::Positive, Prepare::Negative]) {
                     for left in (0..size.width).step_by(STRIP) {
                         let columns = STRIP.min(size.width - left);
-                        let halo_left = left as isize - rolling.halo() as isize;
-                        rolling.begin(columns, range.start);
-                        for (row, y) in range.clone().enumerate() {
-                            let any = rolling.reach(level, lateral, y, |y, out| {
-                                l1.copy_row(y, halo_left, out);
-                                out.iter_mut().for_each(|value| *value = sign.apply(*value));
-                                out.iter().any(|value| *value != 0.0)
-                            });
-                            let out = &mut out.row(row)[left..left + padded(columns)];
-                            if any || bands.dense() {
-                                gather(level, rolling.rows(y), lateral, out);
-                            } else {
-                                out.fill(0.0);
-                            }
+                        let around = Around::of(lateral, &range, left, columns);
+                        source.fill(&around, l1, sign);
+                        rolling.inhibit(bands, lateral, (source, &around), range.len(), &mut Positive(part));
+                        for (y, part) in part.chunks_exact(STRIP).enumerate().take(range.len()) {
+                            out.part(y, left..left + columns).copy_from_slice(&part[..columns]);
                         }
                     }
                 }

@@ -13,7 +13,7 @@ use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::mix::{add_scaled, summarise};
 use crate::stage::memorizer::{Memorizer, TILE_AREA};
-use crate::tiles::{Area, TILE};
+use crate::tiles::{Area, TILE, copy_columns};
 
 /// Frames added in one pass.
 const TOGETHER: usize = 8;
@@ -78,8 +78,8 @@ impl Facilitation {
                     let Area { left, rows, columns, .. } = memorizer.grid.area(tile);
                     for y in 0..rows {
                         let row = y * TILE..y * TILE + columns;
-                        map.row(y)[left..left + columns].copy_from_slice(&largest[row.clone()]);
-                        direction.row(y)[left..left + columns].copy_from_slice(&angle[row]);
+                        copy_columns(&largest[row.clone()], &mut map.row(y)[left..left + columns]);
+                        copy_columns(&angle[row], &mut direction.row(y)[left..left + columns]);
                     }
                 });
             }
@@ -108,7 +108,7 @@ impl Facilitation {
                 continue;
             }
             for (y, q) in q.chunks_exact_mut(TILE).enumerate().take(rows) {
-                q[..columns].copy_from_slice(&plane.row(top + y)[left..left + columns]);
+                copy_columns(&plane.row(top + y)[left..left + columns], &mut q[..columns]);
             }
         }
         for (direction, q) in q.chunks_exact_mut(TILE_AREA).enumerate() {

@@ -6,13 +6,14 @@
 
 use crate::filter::low_pass::LowPass;
 use crate::filter::opponent::Opponent;
-use crate::filter::rolling::{ROLLING_ROWS, Rolling, STRIP};
+use crate::filter::rolling::{Around, ROLLING_ROWS, Rolling, Source};
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::LaminaInhibitionParams;
-use crate::plane::{Plane, padded};
+use crate::plane::{Buffer, Plane};
 use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::lateral::{Lateral, gather_parts};
+use crate::row::lateral::{Lateral, Parts, STRIP};
+use crate::row::recurse::Prepare;
 
 pub(crate) struct LaminaInhibition {
     lateral: Lateral,
@@ -21,7 +22,8 @@ pub(crate) struct LaminaInhibition {
     excitation: LowPass,
     inhibition: LowPass,
     pub l1: Plane,
-    scratch: Scratch<Rolling>,
+    /// And both parts of a strip.
+    scratch: Scratch<(Source, Rolling, [Buffer; 2])>,
 }
 
 heap!(LaminaInhibition { lateral, center, surround, excitation, inhibition, l1, scratch });
@@ -43,7 +45,9 @@ impl LaminaInhibition {
             excitation: LowPass::new(size, params.excitation_tau),
             inhibition: LowPass::new(size, params.inhibition_tau),
             l1: Plane::new(size),
-            scratch: Scratch::new(threads, || Rolling::new(&lateral)),
+            scratch: Scratch::new(threads, || {
+                (Source::new(&lateral), Rolling::new(&lateral), [0, 1].map(|_| Buffer::zeros(ROLLING_ROWS * STRIP)))
+            }),
             lateral,
         }
     }
@@ -56,23 +60,21 @@ impl LaminaInhibition {
 
     /// [h]+ * L and [h]- * L.
     fn divide(&mut self, bands: &Bands, l: &Plane) {
-        let (size, stride, level) = (l.size(), l.stride(), bands.level());
+        let (size, stride) = (l.size(), l.stride());
         let Self { lateral, center, surround, scratch, .. } = self;
         let out = [center, surround].map(|plane| Rows { data: plane.data_mut(), stride });
-        bands.over_long(size.height, ROLLING_ROWS, out, |range, [mut center, mut surround]| {
-            scratch.with(bands, |rolling| {
+        bands.over_long(size.height, ROLLING_ROWS, out, |range, mut out| {
+            scratch.with(bands, |(source, rolling, parts)| {
                 for left in (0..size.width).step_by(STRIP) {
                     let columns = STRIP.min(size.width - left);
-                    let halo_left = left as isize - rolling.halo() as isize;
-                    rolling.begin(columns, range.start);
-                    for (row, y) in range.clone().enumerate() {
-                        rolling.reach(level, lateral, y, |y, out| {
-                            l.copy_row(y, halo_left, out);
-                            true
-                        });
-                        let columns = left..left + padded(columns);
-                        let out = [&mut center, &mut surround].map(|rows| &mut rows.row(row)[columns.clone()]);
-                        gather_parts(level, rolling.rows(y), lateral, out);
+                    let around = Around::of(lateral, &range, left, columns);
+                    source.fill(&around, l, Prepare::Keep);
+                    let mut sink = Parts(parts.each_mut().map(|part| &mut part[..]));
+                    rolling.inhibit(bands, lateral, (source, &around), range.len(), &mut sink);
+                    for (out, part) in out.iter_mut().zip(&*parts) {
+                        for (y, part) in part.chunks_exact(STRIP).enumerate().take(range.len()) {
+                            out.part(y, left..left + columns).copy_from_slice(&part[..columns]);
+                        }
                     }
                 }
             });

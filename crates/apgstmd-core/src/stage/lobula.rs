@@ -1,125 +1,101 @@
 //! Lobula (STMD): D = Tm3 (Tm1_4 + Mi1_up) Tm1_5_up for 8 directions, S = max(D * W_s, 0), E = max(W_d * S, 0).
 //!
-//! Input: L and the medulla. Output: E and its largest value over directions. No state. W_s = A [g]+ + B [g]- with
-//! g = G(sigma_2) - e G(sigma_3) - rho is computed as B g + (A - B) [g]+: two separable Gaussians and a small core.
-//! About 100 operations a pixel and direction; where D is zero, none.
+//! Input: L and the medulla. Output: the largest E over directions; E in all of the picture where nothing is rejected, else
+//! around confirmed peaks only, when they are known. No state. W_s = A [g]+ + B [g]- with g = G(sigma_2) - e G(sigma_3) - rho
+//! is computed as B g + (A - B) [g]+: two separable Gaussians and a small core. About 80 operations a pixel and
+//! direction; where D is zero, none.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, dispatch};
 use ndarray::{Array3, ArrayView1};
 
 use crate::DIRECTIONS;
 use crate::direction::upstream;
 use crate::filter::kernel::normal;
 use crate::filter::opponent::Opponent;
-use crate::filter::patch::Patch;
-use crate::filter::rolling::{ROLLING_ROWS, Rolling, STRIP};
+use crate::filter::rolling::{Around, ROLLING_ROWS, Rolling, Source};
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::params::LobulaParams;
-use crate::plane::{LANES, Plane, padded};
+use crate::params::{LobulaParams, Params, RejectionMode};
+use crate::plane::{Buffer, LANES, Plane, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
-use crate::row::lateral::{Lateral, gather};
+use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::mix::{correlate, inhibit_directions};
 use crate::stage::medulla::Medulla;
-use crate::tiles::TILE;
+use crate::stage::rejection::Responses;
+use crate::tiles::{Area, TILE};
 
 /// Products below this are zero: 15 x 15 of them under the lateral kernel stay far below the response floor.
 const CORRELATION_FLOOR: f32 = 1e-24;
+
 pub(crate) struct Lobula {
+    stmd: Stmd,
+    /// E, of no size where only parts of it are asked for.
+    pub e: [Plane; DIRECTIONS],
+    /// max over directions of E.
+    strongest: Plane,
+    /// Pixels inhibited in the last frame, times directions.
+    inhibited: AtomicUsize,
+}
+
+/// What computes a strip.
+struct Stmd {
     upstream: [(isize, isize); DIRECTIONS],
     lateral: Lateral,
     between: [f32; DIRECTIONS / 2 + 1],
     floor: f32,
-    pub e: [Plane; DIRECTIONS],
-    /// max over directions of E.
-    pub strongest: Plane,
-    /// Pixels inhibited in the last frame, times directions.
-    inhibited: AtomicUsize,
     scratch: Scratch<Work>,
 }
 
 struct Work {
-    /// D of one direction.
-    d: Rolling,
-    s: [Patch; DIRECTIONS],
+    d: [Source; DIRECTIONS],
+    s: [Buffer; DIRECTIONS],
+    e: [Buffer; DIRECTIONS],
+    strongest: Buffer,
+    rolling: Rolling,
 }
 
-heap!(Work { d, s });
-heap!(Lobula { lateral, e, strongest, scratch });
+heap!(Work { d, s, e, strongest, rolling });
+heap!(Stmd { lateral, scratch });
+heap!(Lobula { stmd, e, strongest });
 
 impl Lobula {
-    pub fn new(size: Size, params: &LobulaParams, threads: usize) -> Self {
-        let lateral = lateral(params);
-        // At even distances around the circle both ways are the same direction: d = 4 counts once.
-        let between = std::array::from_fn(|d| {
-            let d = d as f64;
-            (normal(d, params.direction_center_sigma) - normal(d, params.direction_surround_sigma)) as f32
-        });
+    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+        let whole = params.rejection.mode == RejectionMode::Off;
         Self {
-            upstream: std::array::from_fn(|k| upstream(k, params.spacing)),
-            between,
-            floor: params.response_floor as f32,
-            e: std::array::from_fn(|_| Plane::new(size)),
+            stmd: Stmd::new(&params.lobula, threads),
+            e: std::array::from_fn(|_| Plane::new(if whole { size } else { Size::new(0, 0) })),
             strongest: Plane::new(size),
             inhibited: AtomicUsize::new(0),
-            scratch: Scratch::new(threads, || Work {
-                d: Rolling::new(&lateral),
-                s: std::array::from_fn(|_| Patch::with_capacity(ROLLING_ROWS, STRIP)),
-            }),
-            lateral,
         }
     }
 
     pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: &Medulla) {
-        let (size, stride, level) = (l.size(), l.stride(), bands.level());
-        let Self { e, strongest, inhibited, scratch, upstream, lateral, between, floor } = self;
+        let (size, stride) = (l.size(), l.stride());
+        let Self { stmd, e, strongest, inhibited } = self;
         *inhibited.get_mut() = 0;
         let inhibited = &*inhibited;
-        let out = (
-            e.each_mut().map(|plane| Rows { data: plane.data_mut(), stride }),
-            Rows { data: strongest.data_mut(), stride },
-        );
+        let whole = e[0].size() == size;
+        let e = whole.then(|| e.each_mut().map(|plane| Rows { data: plane.data_mut(), stride }));
+        let out = (e, Rows { data: strongest.data_mut(), stride });
         bands.over_long(size.height, ROLLING_ROWS, out, |range, (mut e, mut strongest)| {
-            scratch.with(bands, |Work { d, s }| {
+            stmd.scratch.with(bands, |work| {
                 let mut computed = 0;
                 for left in (0..size.width).step_by(STRIP) {
                     let columns = STRIP.min(size.width - left);
-                    let width = padded(columns);
-                    let halo_left = left as isize - d.halo() as isize;
-                    let mut active = [false; ROLLING_ROWS];
-                    for (s, upstream) in s.iter_mut().zip(&*upstream) {
-                        s.shape(range.len(), columns);
-                        d.begin(columns, range.start);
-                        for (row, y) in range.clone().enumerate() {
-                            let any = d.reach(level, lateral, y, |y, out| {
-                                product(level, l, medulla, *upstream, (y, halo_left), CORRELATION_FLOOR, out)
-                            });
-                            let s = &mut s.row_mut(row)[..width];
-                            if any || bands.dense() {
-                                gather(level, d.rows(y), lateral, s);
-                                active[row] = true;
-                                computed += columns;
-                            } else {
-                                s.fill(0.0);
-                            }
-                        }
-                    }
-                    for (row, active) in active.into_iter().enumerate().take(range.len()) {
-                        let strongest = &mut strongest.row(row)[left..left + width];
-                        let e = e.each_mut().map(|rows| &mut rows.row(row)[left..left + width]);
-                        if active {
-                            let s = s.each_ref().map(|s| &s.row(row)[..width]);
-                            inhibit_directions(level, s, between, *floor, e, strongest);
-                        } else {
-                            e.into_iter().chain([strongest]).for_each(|row| row.fill(0.0));
-                        }
-                    }
+                    computed += columns * stmd.inhibit(bands, l, medulla, (&range, left, columns), work);
+                    stmd.compare(bands, &work.s, range.len(), left..left + padded(columns), e.as_mut(), &mut strongest);
                 }
                 inhibited.fetch_add(computed, Ordering::Relaxed);
             });
         });
+    }
+
+    /// The last frame's responses, of which parts may be asked for.
+    pub fn responses<'a>(&'a self, l: &'a Plane, medulla: &'a Medulla) -> Seen<'a> {
+        Seen { lobula: self, l, medulla }
     }
 
     /// Tiles inhibited in the last frame, times directions.
@@ -134,13 +110,111 @@ impl Lobula {
     /// D of the last frame.
     pub fn correlation(&self, l: &Plane, medulla: &Medulla) -> Array3<f32> {
         let Size { height, width } = l.size();
-        let (bands, mut out) = (Bands::single(), vec![0.0; padded(width)]);
+        let mut out = vec![0.0; padded(width)];
         let mut d = Array3::zeros((DIRECTIONS, height, width));
-        for ((k, y, _), _) in d.clone().indexed_iter().filter(|((_, _, x), _)| *x == 0) {
-            product(bands.level(), l, medulla, self.upstream[k], (y as isize, 0), 0.0, &mut out);
-            d.slice_mut(ndarray::s![k, y, ..]).assign(&ArrayView1::from(&out[..width]));
+        let inputs = Inputs { l, medulla, upstream: &self.stmd.upstream, floor: 0.0 };
+        for k in 0..DIRECTIONS {
+            for y in 0..height {
+                dispatch!(Level::new(), simd => inputs.row(simd, k, y as isize, 0, &mut out));
+                d.slice_mut(ndarray::s![k, y, ..]).assign(&ArrayView1::from(&out[..width]));
+            }
         }
         d
+    }
+}
+
+/// E of the last frame.
+pub(crate) struct Seen<'a> {
+    lobula: &'a Lobula,
+    l: &'a Plane,
+    medulla: &'a Medulla,
+}
+
+impl Responses<DIRECTIONS> for Seen<'_> {
+    fn strongest(&self) -> &Plane {
+        &self.lobula.strongest
+    }
+
+    fn copy(&self, bands: &Bands, area: &Area, first: usize, out: &mut [Rows<'_>; DIRECTIONS]) {
+        let stmd = &self.lobula.stmd;
+        let Area { top, left, rows, columns } = *area;
+        stmd.scratch.with(bands, |work| {
+            // From an even row on, as in `process`.
+            for start in (top & !1..top + rows).step_by(ROLLING_ROWS) {
+                let range = start..(start + ROLLING_ROWS).min(top + rows);
+                for left in (left..left + columns).step_by(STRIP) {
+                    let columns = STRIP.min(area.left + area.columns - left);
+                    stmd.inhibit(bands, self.l, self.medulla, (&range, left, columns), work);
+                    let Work { s, e, strongest, .. } = &mut *work;
+                    let mut e = e.each_mut().map(|e| Rows { data: e, stride: STRIP });
+                    let mut strongest = Rows { data: strongest, stride: STRIP };
+                    stmd.compare(bands, s, range.len(), 0..padded(columns), Some(&mut e), &mut strongest);
+                    for (out, e) in out.iter_mut().zip(&mut e) {
+                        for y in range.start.max(top)..range.end {
+                            out.part(y - first, left..left + columns)
+                                .copy_from_slice(e.part(y - range.start, 0..columns));
+                        }
+                    }
+                }
+            }
+        });
+    }
+}
+
+impl Stmd {
+    fn new(params: &LobulaParams, threads: usize) -> Self {
+        let lateral = lateral(params);
+        // At even distances around the circle both ways are the same direction: d = 4 counts once.
+        let between = std::array::from_fn(|d| {
+            let d = d as f64;
+            (normal(d, params.direction_center_sigma) - normal(d, params.direction_surround_sigma)) as f32
+        });
+        let strip = || Buffer::zeros(ROLLING_ROWS * STRIP);
+        Self {
+            upstream: std::array::from_fn(|k| upstream(k, params.spacing)),
+            between,
+            floor: params.response_floor as f32,
+            scratch: Scratch::new(threads, || Work {
+                d: std::array::from_fn(|_| Source::new(&lateral)),
+                s: std::array::from_fn(|_| strip()),
+                e: std::array::from_fn(|_| strip()),
+                strongest: strip(),
+                rolling: Rolling::new(&lateral),
+            }),
+            lateral,
+        }
+    }
+
+    /// S of a strip of at most `STRIP` columns and `ROLLING_ROWS` rows, the first of which is even. Returns how many rows
+    /// were not known to be zero, times directions.
+    fn inhibit(
+        &self,
+        bands: &Bands,
+        l: &Plane,
+        medulla: &Medulla,
+        (rows, left, columns): (&Range<usize>, usize, usize),
+        work: &mut Work,
+    ) -> usize {
+        let around = Around::of(&self.lateral, rows, left, columns);
+        let inputs = Inputs { l, medulla, upstream: &self.upstream, floor: CORRELATION_FLOOR };
+        let Work { d, s, rolling, .. } = work;
+        dispatch!(bands.level(), simd => inputs.strip(simd, &around, d));
+        let each = d.iter().zip(s);
+        each.map(|(d, s)| rolling.inhibit(bands, &self.lateral, (d, &around), rows.len(), &mut Positive(s))).sum()
+    }
+
+    /// E of a strip, into `columns`, and the largest of it.
+    fn compare(
+        &self,
+        bands: &Bands,
+        s: &[Buffer; DIRECTIONS],
+        rows: usize,
+        columns: Range<usize>,
+        e: Option<&mut [Rows<'_>; DIRECTIONS]>,
+        strongest: &mut Rows<'_>,
+    ) {
+        let s = s.each_ref().map(|s| &s[..rows * STRIP]);
+        inhibit_directions(bands.level(), s, columns, &self.between, self.floor, e, strongest);
     }
 }
 
@@ -156,33 +230,85 @@ pub(crate) fn lateral(params: &LobulaParams) -> Lateral {
     g.parts(params.inhibition, params.excitation - params.inhibition)
 }
 
-/// One row of D, from pixel (y, x) on; zero where the pixel or the one upstream lies outside the picture. `x` and the
-/// length of `out` are whole vectors. Returns whether anything may not be zero.
-fn product(
-    level: Level,
-    l: &Plane,
-    medulla: &Medulla,
-    (dx, dy): (isize, isize),
-    (y, x): (isize, isize),
+/// What D depends on. Products below `floor` are zero.
+#[derive(Clone, Copy)]
+struct Inputs<'a> {
+    l: &'a Plane,
+    medulla: &'a Medulla,
+    upstream: &'a [(isize, isize); DIRECTIONS],
     floor: f32,
-    out: &mut [f32],
-) -> bool {
-    let (height, width) = (l.size().height as isize, l.size().width as isize);
-    let first = 0.max(-dx).max(x);
-    let last = width.min(width - dx).min(x + out.len() as isize);
-    if !(0..height).contains(&y) || !(0..height).contains(&(y + dy)) || first >= last {
-        out.fill(0.0);
-        return false;
+}
+
+impl Inputs<'_> {
+    /// D of a strip with what is around it.
+    #[inline(always)]
+    fn strip<S: Simd>(self, simd: S, around: &Around, d: &mut [Source; DIRECTIONS]) {
+        let Around { top, left, rows, stride, .. } = *around;
+        let Size { height, width } = self.l.size();
+        let reach = self.upstream[0].0.unsigned_abs() as isize;
+        let inside = |first: isize, length: usize, all: usize| {
+            first >= reach && first + (length as isize) + reach <= all as isize
+        };
+        let within = inside(left, stride, width);
+        for row in 0..rows {
+            let y = top + row as isize;
+            let columns = row * stride..(row + 1) * stride;
+            if within && inside(y, 1, height) {
+                let out = d.each_mut().map(|d| &mut d.data[columns.clone()]);
+                let live = self.row_inside(simd, y as usize, left, stride, out);
+                for k in 0..DIRECTIONS {
+                    d[k].live[row] = live[k];
+                }
+            } else {
+                for (k, d) in d.iter_mut().enumerate() {
+                    d.live[row] = self.row(simd, k, y, left, &mut d.data[columns.clone()]);
+                }
+            }
+        }
     }
-    // Whole vectors around them; what lies outside is put right afterwards.
-    let lanes = LANES as isize;
-    let (from, to) = (first - (first - x) % lanes, last + (x - last).rem_euclid(lanes));
-    let length = (to - from) as usize;
-    let (row, up) = (y as usize, (y + dy) as usize);
-    let here = [l, &medulla.tm1_4].map(|plane| plane.around(row, from, length));
-    let there = [&medulla.mi1, &medulla.tm1_5].map(|plane| plane.around(up, from + dx, length));
-    let any = correlate(level, here, there, floor, &mut out[(from - x) as usize..(to - x) as usize]);
-    out[..(first - x) as usize].fill(0.0);
-    out[(last - x) as usize..].fill(0.0);
-    any
+
+    /// One row of each direction, where all that it depends on lies inside the picture.
+    #[inline(always)]
+    fn row_inside<S: Simd>(
+        self,
+        simd: S,
+        y: usize,
+        x: isize,
+        length: usize,
+        out: [&mut [f32]; DIRECTIONS],
+    ) -> [bool; DIRECTIONS] {
+        let here = [self.l, &self.medulla.tm1_4].map(|plane| plane.around(y, x, length));
+        let there = [&self.medulla.mi1, &self.medulla.tm1_5];
+        let mut up: [[&[f32]; DIRECTIONS]; 2] = [[&[]; DIRECTIONS]; 2];
+        for (up, plane) in up.iter_mut().zip(there) {
+            for (up, (dx, dy)) in up.iter_mut().zip(self.upstream) {
+                *up = plane.around((y as isize + dy) as usize, x + dx, length);
+            }
+        }
+        correlate(simd, here, up, self.floor, out)
+    }
+
+    /// One row of direction k from (y, x) on, zero where the pixel or the one upstream lies outside the picture. Returns
+    /// whether anything is not zero. The length of `out` is whole vectors.
+    #[inline(always)]
+    fn row<S: Simd>(self, simd: S, k: usize, y: isize, x: isize, out: &mut [f32]) -> bool {
+        let (dx, dy) = self.upstream[k];
+        let (height, width) = (self.l.size().height as isize, self.l.size().width as isize);
+        let (first, last) = (0.max(-dx).max(x), width.min(width - dx).min(x + out.len() as isize));
+        if !(0..height).contains(&y) || !(0..height).contains(&(y + dy)) || first >= last {
+            out.fill(0.0);
+            return false;
+        }
+        // Whole vectors around them; what lies outside is put right afterwards.
+        let lanes = LANES as isize;
+        let (from, to) = (first - (first - x) % lanes, last + (x - last).rem_euclid(lanes));
+        let length = (to - from) as usize;
+        let (row, up) = (y as usize, (y + dy) as usize);
+        let here = [self.l, &self.medulla.tm1_4].map(|plane| plane.around(row, from, length));
+        let there = [&self.medulla.mi1, &self.medulla.tm1_5].map(|plane| [plane.around(up, from + dx, length)]);
+        let [any] = correlate(simd, here, there, self.floor, [&mut out[(from - x) as usize..(to - x) as usize]]);
+        out[..(first - x) as usize].fill(0.0);
+        out[(last - x) as usize..].fill(0.0);
+        any
+    }
 }

@@ -22,10 +22,11 @@ use crate::tiles::{Grid, TILE};
 pub(crate) struct Prediction {
     enabled: bool,
     floor: f32,
-    radius: usize,
+    /// Gains below this share of the largest M are zero: see [`Prediction::negligible`].
+    share: f32,
     kernels: [TileKernel; DIRECTIONS],
-    /// The largest taps that lead from a quarter of a tile to half a tile, by [`Prediction::places`].
-    most: Vec<[f32; DIRECTIONS]>,
+    /// The places of quarters of tiles that reach half a tile, and the largest taps that lead from there.
+    most: Vec<((isize, isize), [f32; DIRECTIONS])>,
     /// The largest tap.
     peak_tap: f32,
     pub source: Source,
@@ -35,11 +36,6 @@ pub(crate) struct Prediction {
     peak: f32,
     scratch: Scratch<Vec<Range<usize>>>,
 }
-
-/// Gains below this share of the largest M are zero. They could neither open a region of attention nor be seen in Q, but
-/// would spread over the whole picture, frame by frame. What a frame loses is passed on with weight 1 - mu only, so a
-/// gain is short of the truth by 1 / mu times the floor at most.
-const NEGLIGIBLE: f32 = 1e-5;
 
 /// A tile to be computed.
 #[derive(Clone, Copy)]
@@ -95,9 +91,11 @@ impl Prediction {
             enabled: prediction.enabled,
             // Four orders below the response floor: what it removes could not open a region of attention.
             floor: (params.lobula.response_floor * 1e-4).max(1e-30) as f32,
-            radius,
+            share: prediction.negligible as f32,
             kernels: taps.each_ref().map(|taps| TileKernel::new(taps)),
-            most: places(radius).map(|place| taps.each_ref().map(|taps| largest_tap(taps, radius, place))).collect(),
+            most: places(radius)
+                .map(|place| (place, taps.each_ref().map(|taps| largest_tap(taps, radius, place))))
+                .collect(),
             peak_tap: taps.iter().flatten().copied().fold(0.0, f32::max),
             source: Source::new(grid, prediction.mu as f32, radius),
             jobs: Vec::with_capacity(grid.count()),
@@ -153,11 +151,13 @@ impl Prediction {
         self.source.reset();
     }
 
-    /// Gains below this are zero. The largest M of this frame is not known yet: it is taken for that of the last one,
+    /// Gains below this are zero. By default they could neither open a region of attention nor be seen in Q, but would
+    /// spread over the whole picture, frame by frame. What a frame loses is passed on with weight 1 - mu only, so a gain
+    /// is short of the truth by 1 / mu times this at most. The largest M of this frame is not known yet: it is taken for that of the last one,
     /// or for what the densest tile of the source comes to at the largest tap, should everything have vanished.
     fn negligible(&self) -> f32 {
         let left = self.source.largest_sum() * self.peak_tap;
-        self.floor.max(NEGLIGIBLE * self.peak.min(left))
+        self.floor.max(self.share * self.peak.min(left))
     }
 
     /// Directions in which some gain may come to `floor`, for both halves of a tile.
@@ -168,10 +168,10 @@ impl Prediction {
         let (row, column) = (2 * (tile / grid.across) as isize, 2 * (tile % grid.across) as isize);
         [row, row + 1].map(|row| {
             let mut bounds = [0.0; DIRECTIONS];
-            for ((down, right), most) in places(self.radius).zip(&self.most) {
+            for ((down, right), most) in &self.most {
                 if let Some(sums) = self.source.quarter(row + down, column + right) {
-                    for ((bound, sum), most) in bounds.iter_mut().zip(sums).zip(most) {
-                        *bound += sum * most;
+                    for k in 0..DIRECTIONS {
+                        bounds[k] += sums[k] * most[k];
                     }
                 }
             }

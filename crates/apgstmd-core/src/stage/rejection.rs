@@ -9,11 +9,11 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{Params, RejectionMode};
 use crate::plane::Plane;
-use crate::row::bands::Bands;
+use crate::row::bands::{Bands, Rows};
 use crate::stage::background::Background;
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
-use crate::tiles::Grid;
+use crate::tiles::{Area, Grid};
 
 /// N: maps of E, 8 directions or one that has none.
 pub(crate) struct Rejection<const N: usize> {
@@ -34,6 +34,41 @@ pub(crate) struct Rejection<const N: usize> {
     grid: Grid,
     /// Tiles in which E' may not be zero.
     pub kept_tiles: Vec<bool>,
+}
+
+/// Rows of the bands in which E is copied.
+const KEPT_ROWS: usize = 64;
+
+/// Where E comes from.
+pub(crate) trait Responses<const N: usize>: Sync {
+    /// max over directions of E.
+    fn strongest(&self) -> &Plane;
+
+    /// Writes E of an area to `out`, of which the first row is row `first` of the picture.
+    fn copy(&self, bands: &Bands, area: &Area, first: usize, out: &mut [Rows<'_>; N]);
+}
+
+/// E that is at hand, with the largest over directions.
+impl<const N: usize> Responses<N> for (&[Plane; N], &Plane) {
+    fn strongest(&self) -> &Plane {
+        self.1
+    }
+
+    fn copy(&self, _: &Bands, area: &Area, first: usize, out: &mut [Rows<'_>; N]) {
+        let columns = area.left..area.left + area.columns;
+        for (out, e) in out.iter_mut().zip(self.0) {
+            for y in area.top..area.top + area.rows {
+                out.part(y - first, columns.clone()).copy_from_slice(&e.row(y)[columns.clone()]);
+            }
+        }
+    }
+}
+
+/// Within `radius` of a peak.
+fn around(peak: &Peak, radius: usize, size: Size) -> Area {
+    let (top, left) = (peak.y.saturating_sub(radius), peak.x.saturating_sub(radius));
+    let rows = (peak.y + radius + 1).min(size.height) - top;
+    Area { top, left, rows, columns: (peak.x + radius + 1).min(size.width) - left }
 }
 
 /// What a confirmed trace must have shown.
@@ -88,8 +123,8 @@ impl<const N: usize> Rejection<N> {
     }
 
     /// Confirms peaks and makes E' of this frame.
-    pub fn process(&mut self, bands: &Bands, p: &Plane, e: &[Plane; N], strongest: &Plane) {
-        self.finder.find(bands, strongest);
+    pub fn process(&mut self, bands: &Bands, p: &Plane, e: &impl Responses<N>) {
+        self.finder.find(bands, e.strongest());
         let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
         self.traces.link(&self.finder.peaks, self.shift, |peak| Point {
             relative: (f64::from(peak.sub_x) - travelled.0, f64::from(peak.sub_y) - travelled.1),
@@ -108,15 +143,29 @@ impl<const N: usize> Rejection<N> {
             }
         }
         if mode != RejectionMode::Off {
-            self.each_kept(|kept, k, y, columns| {
-                kept.row_mut(y)[columns.clone()].copy_from_slice(&e[k].row(y)[columns]);
-            });
-            let Self { grid, confirmed, kept_tiles, keep_radius, .. } = self;
-            for (peak, _) in &*confirmed {
-                let tile = grid.holding(peak.x, peak.y);
-                grid.around(tile, *keep_radius).for_each(|near| kept_tiles[near] = true);
-            }
+            self.keep(bands, e);
         }
+    }
+
+    /// Copies E around the confirmed peaks.
+    fn keep(&mut self, bands: &Bands, e: &impl Responses<N>) {
+        let Self { grid, confirmed, kept, kept_tiles, keep_radius, .. } = self;
+        let size = kept[0].size();
+        for (peak, _) in &*confirmed {
+            let tile = grid.holding(peak.x, peak.y);
+            grid.around(tile, *keep_radius).for_each(|near| kept_tiles[near] = true);
+        }
+        let stride = kept[0].stride();
+        let kept = kept.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
+        bands.over_long(size.height, KEPT_ROWS, kept, |range, mut kept| {
+            for (peak, _) in &*confirmed {
+                let Area { top, left, rows, columns } = around(peak, *keep_radius, size);
+                let (first, last) = (top.max(range.start), (top + rows).min(range.end));
+                if first < last {
+                    e.copy(bands, &Area { top: first, left, rows: last - first, columns }, range.start, &mut kept);
+                }
+            }
+        });
     }
 
     fn confirms(&self, trace: &Trace) -> bool {
@@ -143,22 +192,14 @@ impl<const N: usize> Rejection<N> {
         self.shift
     }
 
-    fn each_kept(&mut self, mut work: impl FnMut(&mut Plane, usize, usize, std::ops::Range<usize>)) {
-        for (peak, _) in &self.confirmed {
-            for (k, kept) in self.kept.iter_mut().enumerate() {
-                let Size { height, width } = kept.size();
-                let rows = peak.y.saturating_sub(self.keep_radius)..(peak.y + self.keep_radius + 1).min(height);
-                let columns = peak.x.saturating_sub(self.keep_radius)..(peak.x + self.keep_radius + 1).min(width);
-                for y in rows {
-                    work(kept, k, y, columns.clone());
-                }
-            }
-        }
-    }
-
     fn clear_kept(&mut self) {
         if self.mode != RejectionMode::Off {
-            self.each_kept(|kept, _, y, columns| kept.row_mut(y)[columns].fill(0.0));
+            for (peak, _) in &self.confirmed {
+                for kept in &mut self.kept {
+                    let Area { top, left, rows, columns } = around(peak, self.keep_radius, kept.size());
+                    (top..top + rows).for_each(|y| kept.row_mut(y)[left..left + columns].fill(0.0));
+                }
+            }
             self.kept_tiles.fill(false);
         }
     }

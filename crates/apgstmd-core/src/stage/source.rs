@@ -5,13 +5,15 @@
 
 use std::ops::Range;
 
+use fearless_simd::Level;
+
 use crate::DIRECTIONS;
 use crate::memory::heap;
 use crate::plane::{Buffer, Plane, padded};
-use crate::row::bands::{Bands, Rows};
-use crate::row::tile::mix_tile;
+use crate::row::bands::{Bands, Rows, Table};
+use crate::row::tile::{TileRows, anything, mix_tile};
 use crate::stage::memorizer::Gains;
-use crate::tiles::{Grid, PerTile, TILE};
+use crate::tiles::{Area, Grid, PerTile, TILE};
 
 pub(crate) struct Source {
     mu: f32,
@@ -24,6 +26,8 @@ pub(crate) struct Source {
     /// Directions of E' that are not zero, by tile.
     pub fresh: Vec<u8>,
     tiles: Vec<Tile>,
+    /// Bit x: column x of a tile is not zero in this row; tile by tile along the rows of each direction.
+    occupied: [Vec<u16>; DIRECTIONS],
 }
 
 /// What a tile of the source holds.
@@ -33,12 +37,10 @@ struct Tile {
     mask: u8,
     /// Sums over its quarters, row by row, in each direction.
     sums: [[f32; DIRECTIONS]; 4],
-    /// Bit x: column x of this row of the tile is not zero.
-    columns: [[u16; TILE]; DIRECTIONS],
 }
 
 heap!(Tile);
-heap!(Source { maps, fresh, tiles });
+heap!(Source { maps, fresh, tiles, occupied });
 
 impl Source {
     pub fn new(grid: &Grid, mu: f32, radius: usize) -> Self {
@@ -54,39 +56,37 @@ impl Source {
             maps: std::array::from_fn(|_| Buffer::zeros(rows * stride)),
             fresh: vec![0; grid.count()],
             tiles: vec![Tile::default(); grid.count()],
+            occupied: std::array::from_fn(|_| vec![0; grid.count() * TILE]),
         }
     }
 
     /// Takes E', zero but for the tiles `near`, and, where there is prediction, F(t - dt).
     pub fn gather(&mut self, bands: &Bands, kept: &[Plane; DIRECTIONS], near: &[bool], past: Option<&Gains>) {
-        let Self { mu, radius, halo, stride, grid, maps, fresh, tiles } = self;
+        let Self { mu, radius, halo, stride, grid, maps, fresh, tiles, occupied } = self;
         let (mu, halo, stride, grid) = (*mu, *halo, *stride, *grid);
         let rows = grid.down * TILE;
         let inside = *radius * stride..(*radius + rows) * stride;
         let maps = maps.each_mut().map(|map| Rows { data: &mut map[inside.clone()], stride });
         let across = grid.across;
         let tiles = (PerTile { values: fresh, across }, PerTile { values: tiles, across });
-        bands.over_tiles(rows, (maps, tiles), |range, (maps, (fresh, tiles))| {
+        let occupied = occupied.each_mut().map(|values| Table { values, stride: across });
+        bands.over_tiles(rows, ((maps, occupied), tiles), |range, ((maps, occupied), (fresh, tiles))| {
+            let mut edge = [0.0; TILE * TILE];
             for (column, (fresh, tile)) in fresh.values.iter_mut().zip(tiles.values).enumerate() {
                 let index = grid.holding(column * TILE, range.start);
-                *fresh = if near[index] { directions_present(kept, &grid, index) } else { 0 };
+                *fresh = if near[index] { directions_present(bands.level(), kept, &grid, index) } else { 0 };
                 let Some(past) = past else { continue };
                 let mask = *fresh | past.mask[index];
                 let area = grid.area(index);
                 for k in (0..DIRECTIONS).filter(|k| (mask | tile.mask) >> k & 1 == 1) {
                     let block = past.tile(index).filter(|_| past.mask[index] >> k & 1 == 1);
-                    // E' of the tile, zero outside the picture.
-                    let mut e = [0.0; TILE * TILE];
-                    if *fresh >> k & 1 == 1 {
-                        for (y, e) in e.chunks_exact_mut(TILE).enumerate().take(area.rows) {
-                            e[..area.columns]
-                                .copy_from_slice(&kept[k].row(area.top + y)[area.left..area.left + area.columns]);
-                        }
-                    }
-                    let f = block.map_or(&[0.0; TILE * TILE][..], |block| block.f(k));
+                    let e = (*fresh >> k & 1 == 1).then(|| tile_rows(&kept[k], &area, &mut edge));
                     let out = &mut maps[k].data[halo + area.left..];
-                    let sums;
-                    (tile.columns[k], sums) = mix_tile(bands.level(), [mu, 1.0 - mu], [&e, f], out, stride);
+                    let f = block.map(|block| block.f(k));
+                    let (columns, sums) = mix_tile(bands.level(), [mu, 1.0 - mu], (e, f), out, stride);
+                    for (y, columns) in columns.into_iter().enumerate() {
+                        occupied[k].values[y * across + column] = columns;
+                    }
                     for (quarter, sum) in tile.sums.iter_mut().zip(sums) {
                         quarter[k] = sum;
                     }
@@ -126,28 +126,25 @@ impl Source {
 
     /// Row by row of this window, the columns outside which it is zero, counted from its left edge.
     pub fn spans(&self, tile: usize, k: usize, spans: &mut [Range<usize>]) {
+        let Grid { across, down, .. } = self.grid;
         let area = self.grid.area(tile);
         let side = TILE + 2 * self.radius;
         let (left, top) = (area.left as isize - self.radius as isize, area.top as isize - self.radius as isize);
-        spans.fill(side..0);
-        for near in self.grid.around(tile, self.radius) {
-            let held = &self.tiles[near];
-            if held.mask >> k & 1 == 0 {
+        let (first, last) = (left.max(0) as usize / TILE, ((left + side as isize - 1) as usize / TILE).min(across - 1));
+        for (y, span) in spans.iter_mut().enumerate() {
+            *span = side..0;
+            let y = top + y as isize;
+            if y < 0 || y as usize >= down * TILE {
                 continue;
             }
-            let area = self.grid.area(near);
-            let (right, down) = (area.left as isize - left, area.top as isize - top);
-            let rows =
-                (-down).clamp(0, TILE as isize) as usize..(side as isize - down).clamp(0, TILE as isize) as usize;
-            for y in rows {
-                let columns = held.columns[k][y];
-                if columns != 0 {
-                    let span = &mut spans[(down + y as isize) as usize];
-                    let first = (right + columns.trailing_zeros() as isize).max(0) as usize;
-                    let last = (right + 16 - columns.leading_zeros() as isize).clamp(0, side as isize) as usize;
-                    *span = span.start.min(first)..span.end.max(last);
-                }
-            }
+            let row = y as usize * across;
+            let tiles = &self.occupied[k][row + first..=row + last];
+            let Some(one) = tiles.iter().position(|columns| *columns != 0) else { continue };
+            let other = tiles.iter().rposition(|columns| *columns != 0).unwrap_or(one);
+            let column = |tile: usize| ((first + tile) * TILE) as isize - left;
+            let start = column(one) + tiles[one].trailing_zeros() as isize;
+            let end = column(other) + TILE as isize - tiles[other].leading_zeros() as isize;
+            *span = start.max(0) as usize..end.clamp(0, side as isize) as usize;
         }
     }
 
@@ -155,24 +152,26 @@ impl Source {
         self.maps.iter_mut().for_each(|map| map.fill(0.0));
         self.fresh.fill(0);
         self.tiles.fill(Tile::default());
+        self.occupied.iter_mut().for_each(|rows| rows.fill(0));
     }
 }
 
 /// Which directions of E' are not zero in a tile, as bits.
-fn directions_present(kept: &[Plane; DIRECTIONS], grid: &Grid, tile: usize) -> u8 {
+fn directions_present(level: Level, kept: &[Plane; DIRECTIONS], grid: &Grid, tile: usize) -> u8 {
     let area = grid.area(tile);
-    let mut mask = 0;
-    for (k, plane) in kept.iter().enumerate() {
-        let mut any = 0;
-        for y in area.top..area.top + area.rows {
-            let row = &plane.row(y)[area.left..area.left + area.columns];
-            // Whole rows are of a length that the compiler knows.
-            any |= match <&[f32; TILE]>::try_from(row) {
-                Ok(row) => row.iter().fold(0, |any, value| any | value.to_bits()),
-                Err(_) => row.iter().fold(0, |any, value| any | value.to_bits()),
-            };
-        }
-        mask |= u8::from(any != 0) << k;
+    let mut edge = [0.0; TILE * TILE];
+    let present = |(k, plane)| u8::from(anything(level, tile_rows(plane, &area, &mut edge))) << k;
+    kept.iter().enumerate().map(present).fold(0, |mask, bit| mask | bit)
+}
+
+/// A tile of a map. Where the picture ends inside it, the padding, which holds anything, is left out on the way by `edge`.
+fn tile_rows<'a>(plane: &'a Plane, area: &Area, edge: &'a mut [f32; TILE * TILE]) -> TileRows<'a> {
+    let Area { top, left, rows, columns } = *area;
+    if columns == TILE {
+        return TileRows { data: &plane.data()[top * plane.stride() + left..], stride: plane.stride(), rows };
     }
-    mask
+    for (y, edge) in edge.chunks_exact_mut(TILE).enumerate().take(rows) {
+        edge[..columns].copy_from_slice(&plane.row(top + y)[left..left + columns]);
+    }
+    TileRows { data: edge, stride: TILE, rows }
 }
