@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use apgstmd_core::params::{RejectionMode, Support};
-use apgstmd_core::{Detector, Model, Params, Preset, Size, Stage};
+use apgstmd_core::{Detector, Frame, Machine, Model, Params, Preset, Size, Stage};
 use apgstmd_tests::stimulus::Scene;
 use ndarray::Array2;
 
@@ -77,6 +77,14 @@ fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
         }
     }
     assert!(attended >= 20 && found >= 100, "{name}: attention {attended} times of 30, {found} detections");
+    let machine = Machine { together: 3, ..Machine::with_threads(threads) };
+    let mut detector = Detector::with_options(scene.size, params, &machine).expect("valid parameters");
+    let mut responses: Vec<_> = (0..7).map(|_| detector.make_response()).collect();
+    for frames in frames.chunks_exact(7) {
+        let frames: Vec<Frame<'_>> = frames.iter().map(|frame| frame.view().into()).collect();
+        let count = allocations(|| detector.process_block(&frames, &mut responses).expect("valid frames"));
+        assert_eq!(count, 0, "{name}, {threads} threads: allocations in a block");
+    }
     let again = allocations(|| {
         detector.reset();
         detector.process_into(frames[0].view(), &mut response).expect("a valid frame");

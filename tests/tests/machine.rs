@@ -70,18 +70,25 @@ fn a_block_is_as_good_as_its_frames() {
             let mut streaming = Detector::with_threads(size, &params, threads).expect("valid");
             let expected: Vec<Response> =
                 frames.iter().map(|frame| streaming.process(frame.view()).expect("a valid frame")).collect();
-            for block in [1, 2, streaming.block_len(), 2 * streaming.block_len() + 1] {
-                let mut detector = Detector::with_threads(size, &params, threads).expect("valid");
+            for (together, block) in [(1, 3), (2, 2), (3, 7), (8, 8), (8, 5), (100, 17)] {
+                let machine = Machine { together, ..Machine::with_threads(threads) };
+                let mut detector = Detector::with_options(size, &params, &machine).expect("valid");
+                assert_eq!(detector.block_len(), together.min(8).min(params.prediction.horizon as usize));
                 let mut responses = vec![detector.make_response(); block];
                 for (t, frames) in frames.chunks(block).enumerate() {
                     let frames: Vec<Frame> = frames.iter().map(|frame| Frame::from(frame.view())).collect();
                     detector.process_block(&frames, &mut responses[..frames.len()]).expect("valid frames");
                     for (index, response) in responses[..frames.len()].iter().enumerate() {
                         let t = t * block + index;
-                        assert_same(&expected[t], response, &format!("{}, blocks of {block}, frame {t}", params.model));
+                        let what = format!("{}, {together} together, blocks of {block}, frame {t}", params.model);
+                        assert_same(&expected[t], response, &what);
                     }
                 }
                 assert_eq!(detector.frames(), 40);
+                for (stage, given) in stages(&detector) {
+                    let truth = streaming.probe().stage(stage).expect("the model has it");
+                    assert!(truth == given, "{}, {together} together, stage {stage}", params.model);
+                }
             }
         }
     }
@@ -181,5 +188,29 @@ fn a_still_scene_does_not_slow_down() {
         best(&mut still, &frames[49..], 2000);
         let (still, moving) = (best(&mut still, &frames[49..], 100), best(&mut moving, &frames, 100));
         assert!(still <= moving, "{}: {still:?} still, {moving:?} moving", params.model);
+    }
+}
+
+/// A frame that cannot be taken ends a block: those before it count, and the detector goes on as if it had not been there.
+#[test]
+fn a_bad_frame_in_a_block() {
+    let size = Size::new(45, 61);
+    let frames = frames(size, 12);
+    let params = settings().swap_remove(0);
+    let mut streaming = Detector::with_threads(size, &params, 2).expect("valid");
+    let expected: Vec<Response> =
+        frames.iter().map(|frame| streaming.process(frame.view()).expect("a valid frame")).collect();
+    let machine = Machine { together: 4, ..Machine::with_threads(2) };
+    let mut detector = Detector::with_options(size, &params, &machine).expect("valid");
+    let bad = ndarray::Array2::<u8>::zeros((45, 60));
+    let mut given: Vec<Frame> = frames.iter().map(|frame| Frame::from(frame.view())).collect();
+    given[6] = Frame::from(bad.view());
+    let mut responses = vec![detector.make_response(); 12];
+    assert!(detector.process_block(&given, &mut responses).is_err());
+    assert_eq!(detector.frames(), 6);
+    given[6] = Frame::from(frames[6].view());
+    detector.process_block(&given[6..], &mut responses[6..]).expect("valid frames");
+    for (t, (expected, response)) in expected.iter().zip(&responses).enumerate() {
+        assert_same(expected, response, &format!("frame {t}"));
     }
 }

@@ -1,5 +1,5 @@
 //! Time of whole frames and of each stage, and what the detector holds: `frame WIDTHxHEIGHT [threads] [frames] [variant]
-//! [simd]`, before clutter that moves; variant `practical`, `paper` or `off` (practical, with everything predicted).
+//! [simd] [together]`, before clutter that moves; variant `practical`, `paper` or `off` (practical, with everything predicted).
 //!
 //! One line: the shortest, the median and the 99th percentile of the frames, and for one thread the time that it ran; of
 //! each stage the quartiles. `CPU` time counts nothing that others take of the machine.
@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use apgstmd_benches::{Running, clutter, practical};
 use apgstmd_core::params::RejectionMode;
-use apgstmd_core::{Machine, Params, Size, Timing};
+use apgstmd_core::{Frame, Machine, Params, Size, Timing};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -27,9 +27,14 @@ fn main() {
         other => panic!("there is no variant {other}"),
     }
     let simd = args.get(4).map(|name| name.parse().expect("an instruction set"));
-    let machine = Machine { simd, ..Machine::with_threads(threads) };
+    let together = get(5, "1").parse().expect("frames that are computed together");
+    let machine = Machine { simd, together, ..Machine::with_threads(threads) };
     let mut running = Running::with_machine(&params, &machine, clutter(size), 120.min(frames * 8));
     let mut times = Vec::new();
+    let together = running.detector.block_len();
+    if together > 1 {
+        return blocks(&mut running, frames, together);
+    }
     let busy = cpu_ms();
     let mut timing = Timing::default();
     let mut parts = vec![Vec::new(); Timing::PARTS.len()];
@@ -66,6 +71,25 @@ fn main() {
     );
     let memory = running.detector.memory();
     println!(" | MB {:.0} of {:.0}", memory.resident as f64 / 1e6, memory.bound as f64 / 1e6);
+}
+
+/// Frames that are computed together: the time of one, over whole blocks.
+fn blocks(running: &mut Running, frames: usize, together: usize) {
+    let mut responses = vec![running.detector.make_response(); together];
+    let mut times = Vec::new();
+    let busy = cpu_ms();
+    for _ in 0..frames / together {
+        let pictures: Vec<_> = (0..together).map(|_| running.frame().clone()).collect();
+        let views: Vec<Frame<'_>> = pictures.iter().map(|picture| picture.view().into()).collect();
+        let start = Instant::now();
+        running.detector.process_block(&views, &mut responses).expect("frames fit");
+        times.push(start.elapsed().as_secs_f64() * 1e3 / together as f64);
+    }
+    let busy = (cpu_ms() - busy) / (times.len() * together) as f64;
+    times.sort_by(f64::total_cmp);
+    let (least, middle) = (times[0], times[times.len() / 2]);
+    let memory = running.detector.memory().resident as f64 / 1e6;
+    println!("{together} frames together: min {least:.2} p50 {middle:.2} CPU {busy:.2} ms a frame | MB {memory:.0}");
 }
 
 /// Time that this thread was running, ms: what others take of the machine does not count.

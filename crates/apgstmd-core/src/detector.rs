@@ -2,6 +2,7 @@
 
 use crate::detection::Response;
 use crate::error::{FrameError, ParamError};
+use crate::filter::temporal::MOST_TOGETHER;
 use crate::frame::{Frame, Size};
 use crate::memory::{Heap, Memory};
 use crate::model::{Wiring, lag, latency, wire};
@@ -46,7 +47,7 @@ pub struct Detector {
     frames: u64,
     /// How far behind a target its response peaks, px.
     lag: f32,
-    luminance: Plane,
+    luminance: Vec<Plane>,
     model: Box<dyn Wiring>,
     workers: Workers,
 }
@@ -81,19 +82,21 @@ impl Detector {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
         let workers = Workers::new(machine)?;
+        // Attention reads what prediction said a horizon ago: within it nothing waits for anything later.
+        let together = machine.together.clamp(1, MOST_TOGETHER.min(params.horizon()));
         Ok(Self {
             params: params.clone(),
             frames: 0,
             lag: lag::measure(params, workers.simd()),
-            luminance: Plane::new(size),
-            model: wire(size, params, machine.threads),
+            luminance: (0..together).map(|_| Plane::new(size)).collect(),
+            model: wire(size, params, machine.threads, together),
             workers,
         })
     }
 
     /// Size of the frames it takes.
     pub fn size(&self) -> Size {
-        self.luminance.size()
+        self.luminance[0].size()
     }
 
     /// Its parameters.
@@ -117,10 +120,10 @@ impl Detector {
         self.luminance.heap() + self.model.heap()
     }
 
-    /// Most frames that can be computed together: attention reads what prediction said this many frames ago, so within
-    /// a block nothing waits for anything later.
+    /// Frames that [`Detector::process_block`] computes together: [`Machine::together`], 8 at most, and no more than the
+    /// horizon of the prediction.
     pub fn block_len(&self) -> usize {
-        self.params.horizon().max(1)
+        self.luminance.len()
     }
 
     /// Frames processed since construction or the last reset.
@@ -172,20 +175,32 @@ impl Detector {
         response: &mut Response,
         timing: Option<&mut Timing>,
     ) -> Result<(), FrameError> {
-        if response.size() != self.size() || response.direction.dim() != response.map.dim() {
-            return Err(FrameError::Output { given: response.size(), expected: self.size() });
-        }
-        frame.write_luminance(&mut self.luminance)?;
-        let Self { model, luminance, .. } = self;
-        let output = &mut *response;
-        self.workers.run(move |bands| model.step(bands, luminance, output, timing));
-        self.frames += 1;
-        response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
+        self.take(0, frame, response)?;
+        self.compute(std::slice::from_mut(response), timing);
         Ok(())
     }
 
-    /// Takes the next frames, one response each: the same numbers as frame by frame, to the bit. Blocks of
-    /// [`Detector::block_len`] frames are computed together. Allocates nothing.
+    /// Takes frame `index` of the next block.
+    fn take(&mut self, index: usize, frame: Frame<'_>, response: &Response) -> Result<(), FrameError> {
+        if response.size() != self.size() || response.direction.dim() != response.map.dim() {
+            return Err(FrameError::Output { given: response.size(), expected: self.size() });
+        }
+        frame.write_luminance(&mut self.luminance[index])
+    }
+
+    /// Computes the frames that were taken, one a response.
+    fn compute(&mut self, responses: &mut [Response], timing: Option<&mut Timing>) {
+        let Self { model, luminance, .. } = self;
+        let (luminance, output) = (&luminance[..responses.len()], &mut *responses);
+        self.workers.run(move |bands| model.block(bands, luminance, output, timing));
+        self.frames += responses.len() as u64;
+        for response in responses {
+            response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
+        }
+    }
+
+    /// Takes the next frames, one response each: the same numbers as frame by frame, to the bit. [`Detector::block_len`]
+    /// frames at a time are computed together, stage by stage. Allocates nothing.
     ///
     /// # Errors
     /// As `process_into`, of the first frame that cannot be processed. Those before it have been: [`Detector::frames`]
@@ -195,7 +210,21 @@ impl Detector {
     /// When there are not as many responses as frames.
     pub fn process_block(&mut self, frames: &[Frame<'_>], responses: &mut [Response]) -> Result<(), FrameError> {
         assert_eq!(frames.len(), responses.len(), "one response a frame");
-        frames.iter().zip(responses).try_for_each(|(frame, response)| self.advance(*frame, response, None))
+        let together = self.block_len();
+        for (frames, responses) in frames.chunks(together).zip(responses.chunks_mut(together)) {
+            let taken = frames.iter().zip(&*responses).enumerate();
+            let refused = taken
+                .map(|(index, (frame, response))| (index, self.take(index, *frame, response)))
+                .find_map(|(index, taken)| taken.err().map(|error| (index, error)));
+            let good = refused.as_ref().map_or(frames.len(), |(index, _)| *index);
+            if good > 0 {
+                self.compute(&mut responses[..good], None);
+            }
+            if let Some((_, error)) = refused {
+                return Err(error);
+            }
+        }
+        Ok(())
     }
 
     /// As [`Detector::process_into`] into a fresh [`Response`].

@@ -122,11 +122,6 @@ impl Plane {
         &mut self.data
     }
 
-    /// Takes over what a plane of the same size holds.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.data.copy_from_slice(&other.data);
-    }
-
     pub fn fill(&mut self, value: f32) {
         self.data.fill(value);
     }
@@ -139,5 +134,50 @@ impl Plane {
     /// As one map of a stack.
     pub fn view3(&self) -> ArrayView3<'_, f32> {
         self.view().insert_axis(ndarray::Axis(0))
+    }
+}
+
+/// A map of frames that are computed together, and of the frame before them.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    maps: Vec<Plane>,
+    before: Plane,
+    count: usize,
+}
+
+heap!(Series { maps, before });
+
+impl Series {
+    /// Of `together` frames at most.
+    pub fn new(size: Size, together: usize) -> Self {
+        Self { maps: (0..together).map(|_| Plane::new(size)).collect(), before: Plane::new(size), count: 1 }
+    }
+
+    /// Begins the next `count` frames, whose maps are to be written.
+    pub fn begin(&mut self, count: usize) {
+        std::mem::swap(&mut self.before, &mut self.maps[self.count - 1]);
+        self.count = count;
+    }
+
+    pub fn maps(&self) -> &[Plane] {
+        &self.maps[..self.count]
+    }
+
+    pub fn maps_mut(&mut self) -> &mut [Plane] {
+        &mut self.maps[..self.count]
+    }
+
+    /// The map of the frame before `frame`.
+    pub fn before(&self, frame: usize) -> &Plane {
+        if frame == 0 { &self.before } else { &self.maps[frame - 1] }
+    }
+
+    /// The map of the last frame.
+    pub fn last(&self) -> &Plane {
+        &self.maps[self.count - 1]
+    }
+
+    pub fn fill(&mut self, value: f32) {
+        self.maps.iter_mut().chain([&mut self.before]).for_each(|plane| plane.fill(value));
     }
 }

@@ -10,7 +10,7 @@ use crate::row::lateral::{Lateral, STRIP, Sink, Strip, inhibit};
 use crate::row::recurse::Prepare;
 
 /// Rows of a band: few enough for two threads at 270 rows; each begins with the rows that its kernel spans.
-pub(crate) const ROLLING_ROWS: usize = 72;
+pub(crate) const ROLLING_ROWS: usize = 136;
 
 /// Where a strip of a band lies, with what the kernel reaches around it.
 #[derive(Clone, Copy)]

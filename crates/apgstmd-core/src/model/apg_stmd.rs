@@ -1,5 +1,7 @@
 //! apg-STMD, wired as in the figure of the paper.
 
+use std::slice::{from_mut, from_ref};
+
 use ndarray::{Array3, Axis};
 
 use super::{Wiring, everywhere, part, stack};
@@ -8,7 +10,7 @@ use crate::detection::Response;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
-use crate::plane::Plane;
+use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
@@ -26,8 +28,9 @@ use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct ApgStmd {
     frames: u64,
-    p: Plane,
-    l: Plane,
+    /// Of the frames that are computed together.
+    p: Series,
+    l: Vec<Plane>,
     retina: Retina,
     attention: Attention,
     lamina: Lamina,
@@ -42,17 +45,18 @@ pub(crate) struct ApgStmd {
 heap!(ApgStmd { p, l, retina, attention, lamina, medulla, lobula, rejection, prediction, facilitation, memorizer });
 
 impl ApgStmd {
-    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+    /// For `together` frames at once, the horizon at most: within it no frame waits for what another predicts.
+    pub fn new(size: Size, params: &Params, threads: usize, together: usize) -> Self {
         let engine = params.engine.temporal;
         let memorizer = Memorizer::new(size, if params.prediction.enabled { params.horizon() } else { 1 });
         Self {
             frames: 0,
-            p: Plane::new(size),
-            l: Plane::new(size),
+            p: Series::new(size, together),
+            l: (0..together).map(|_| Plane::new(size)).collect(),
             retina: Retina::new(&params.retina, threads),
-            attention: Attention::new(size, params, threads),
-            lamina: Lamina::new(size, &params.lamina, engine),
-            medulla: Medulla::new(size, &params.medulla, engine),
+            attention: Attention::new(size, params, threads, together),
+            lamina: Lamina::new(size, &params.lamina, engine, threads),
+            medulla: Medulla::new(size, &params.medulla, engine, threads, together),
             lobula: Lobula::new(size, params, threads),
             rejection: Rejection::new(size, params),
             prediction: Prediction::new(params, &memorizer.grid, threads),
@@ -64,55 +68,68 @@ impl ApgStmd {
 
 impl Wiring for ApgStmd {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        let Self { p, l, retina, attention, lamina, medulla, lobula, rejection, .. } = self;
+        self.block(bands, from_ref(luminance), from_mut(response), timing);
+    }
+
+    fn block(&mut self, bands: &Bands, luminance: &[Plane], responses: &mut [Response], timing: Option<&mut Timing>) {
+        let Self { frames, p, l, retina, attention, lamina, medulla, lobula, rejection, .. } = self;
         let Self { prediction, facilitation, memorizer, .. } = self;
         let mut clock = Clock::start(timing);
-        memorizer.advance();
-        let predicted = (self.frames >= memorizer.horizon() as u64).then(|| memorizer.ago(memorizer.horizon()));
+        let (count, horizon) = (luminance.len(), memorizer.horizon());
+        let l = &mut l[..count];
 
-        retina.process(bands, luminance, p);
+        p.begin(count);
+        for (luminance, p) in luminance.iter().zip(p.maps_mut()) {
+            retina.process(bands, luminance, p);
+        }
         clock.lap(Part::Retina);
-        let vision = || {
-            attention.process(bands, p, predicted);
-            clock.lap_tiles(Part::Attention, attention.tiles());
-            lamina.process(bands, attention.output(p), l);
-            clock.lap(Part::Lamina);
-            medulla.process(bands, l);
-            clock.lap(Part::Medulla);
-            lobula.process(bands, l, medulla);
+        // The memorizer still stands at the frame before these.
+        let predicted =
+            |frame: usize| (*frames + frame as u64 >= horizon as u64).then(|| memorizer.ago(horizon - 1 - frame));
+        attention.process(bands, p, predicted);
+        clock.lap_tiles(Part::Attention, attention.tiles());
+        lamina.process(bands, attention.output(p), l);
+        clock.lap(Part::Lamina);
+        medulla.process(bands, l);
+        clock.lap(Part::Medulla);
+        for (frame, response) in responses.iter_mut().enumerate() {
+            let (p, l, medulla) = (&p.maps()[frame], &l[frame], medulla.frame(frame));
+            bands.both(|| lobula.process(bands, l, medulla), || rejection.follow(p));
             clock.lap_tiles(Part::Lobula, lobula.tiles());
-        };
-        bands.both(vision, || rejection.follow(p));
-        rejection.process(bands, p, &lobula.responses(l, medulla));
-        let kept = rejection.kept(&lobula.e);
-        clock.lap(Part::Rejection);
-        prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
-        clock.lap_tiles(Part::Prediction, prediction.tiles());
-        facilitation.process(bands, kept, &prediction.source.fresh, memorizer, response);
-        clock.count_tiles(memorizer.grid.count());
-        readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
-        clock.lap(Part::Facilitation);
-        self.frames += 1;
+            rejection.process(bands, p, &lobula.responses(l, medulla));
+            let kept = rejection.kept(&lobula.e);
+            clock.lap(Part::Rejection);
+            memorizer.advance();
+            prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
+            clock.lap_tiles(Part::Prediction, prediction.tiles());
+            facilitation.process(bands, kept, &prediction.source.fresh, memorizer, response);
+            clock.count_tiles(memorizer.grid.count());
+            readout::report(rejection, |peak| facilitation.at(kept, memorizer, peak.x, peak.y), response);
+            clock.lap(Part::Facilitation);
+        }
+        *frames += count as u64;
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {
         let kept = || self.rejection.kept(&self.lobula.e);
+        let last = self.p.maps().len() - 1;
+        let (l, medulla) = (&self.l[last], self.medulla.frame(last));
         Some(match stage {
-            Stage::P => self.p.view3().to_owned(),
-            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::P => self.p.last().view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(self.p.last()),
             Stage::A => self.attention.a.view3().to_owned(),
-            Stage::Pe => self.attention.enhanced(&self.p),
-            Stage::L => self.l.view3().to_owned(),
-            Stage::Tm3 => part(&self.l, Prepare::Positive),
-            Stage::Tm2 => part(&self.l, Prepare::Negative),
-            Stage::Mi1 => self.medulla.mi1.view3().to_owned(),
-            Stage::Tm1_4 => self.medulla.tm1_4.view3().to_owned(),
-            Stage::Tm1_5 => self.medulla.tm1_5.view3().to_owned(),
-            Stage::D => self.lobula.correlation(&self.l, &self.medulla),
-            Stage::E => everywhere(bands, self.l.size(), &self.lobula.responses(&self.l, &self.medulla)),
+            Stage::Pe => self.attention.enhanced(self.p.last()),
+            Stage::L => l.view3().to_owned(),
+            Stage::Tm3 => part(l, Prepare::Positive),
+            Stage::Tm2 => part(l, Prepare::Negative),
+            Stage::Mi1 => medulla.mi1.view3().to_owned(),
+            Stage::Tm1_4 => medulla.tm1_4.view3().to_owned(),
+            Stage::Tm1_5 => medulla.tm1_5.view3().to_owned(),
+            Stage::D => self.lobula.correlation(l, medulla),
+            Stage::E => everywhere(bands, l.size(), &self.lobula.responses(l, medulla)),
             Stage::Ep => stack(kept()),
             Stage::F | Stage::M => {
-                let Size { height, width } = self.p.size();
+                let Size { height, width } = l.size();
                 let mut maps = Array3::zeros((stage.planes(), height, width));
                 let first = if stage == Stage::M { DIRECTIONS } else { 0 };
                 for (k, map) in maps.axis_iter_mut(Axis(0)).enumerate() {
@@ -128,7 +145,7 @@ impl Wiring for ApgStmd {
     fn reset(&mut self) {
         self.frames = 0;
         self.p.fill(0.0);
-        self.l.fill(0.0);
+        self.l.iter_mut().for_each(|l| l.fill(0.0));
         self.attention.reset();
         self.lamina.reset();
         self.medulla.reset();

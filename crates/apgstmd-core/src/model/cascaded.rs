@@ -1,5 +1,7 @@
 //! Cascaded (Wiederman & O'Carroll 2013): elementary motion detectors over ESTMDs.
 
+use std::slice::from_mut;
+
 use ndarray::Array3;
 
 use super::{Wiring, stack};
@@ -8,7 +10,7 @@ use crate::detection::Response;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
-use crate::plane::Plane;
+use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::row::bands::Bands;
 use crate::stage::emd::Emd;
@@ -21,7 +23,7 @@ use crate::stage::retina::Retina;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Cascaded {
-    p: Plane,
+    p: Series,
     l: Plane,
     retina: Retina,
     lamina: Lamina,
@@ -38,10 +40,10 @@ impl Cascaded {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
         let engine = params.engine.temporal;
         Self {
-            p: Plane::new(size),
+            p: Series::new(size, 1),
             l: Plane::new(size),
             retina: Retina::new(&params.retina, threads),
-            lamina: Lamina::new(size, &params.lamina, engine),
+            lamina: Lamina::new(size, &params.lamina, engine, threads),
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             estmd: Estmd::new(size, params, threads),
             emd: Emd::new(size, params),
@@ -55,16 +57,17 @@ impl Wiring for Cascaded {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
         let Self { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        retina.process(bands, luminance, p);
+        p.begin(1);
+        retina.process(bands, luminance, &mut p.maps_mut()[0]);
         clock.lap(Part::Retina);
-        lamina.process(bands, (p, None), l);
+        lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
-        rejection.follow(p);
-        rejection.process(bands, p, &(&emd.e, &emd.strongest));
+        rejection.follow(p.last());
+        rejection.process(bands, p.last(), &(&emd.e, &emd.strongest));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
         clock.lap(Part::Facilitation);
@@ -72,8 +75,8 @@ impl Wiring for Cascaded {
 
     fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
-            Stage::P => self.p.view3().to_owned(),
-            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::P => self.p.last().view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(self.p.last()),
             Stage::L => self.l.view3().to_owned(),
             Stage::L1 => self.lamina_inhibition.l1.view3().to_owned(),
             Stage::ON => self.estmd.on.view3().to_owned(),

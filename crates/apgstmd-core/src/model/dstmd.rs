@@ -1,5 +1,7 @@
 //! DSTMD (Wang et al. 2018): an STMD with directions behind lateral inhibition in the lamina.
 
+use std::slice::{from_mut, from_ref};
+
 use ndarray::Array3;
 
 use super::{Wiring, everywhere, part, stack};
@@ -8,7 +10,7 @@ use crate::detection::Response;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
-use crate::plane::Plane;
+use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
@@ -23,7 +25,7 @@ use crate::tiles::Grid;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Dstmd {
-    p: Plane,
+    p: Series,
     l: Plane,
     retina: Retina,
     lamina: Lamina,
@@ -40,12 +42,12 @@ impl Dstmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
         let engine = params.engine.temporal;
         Self {
-            p: Plane::new(size),
+            p: Series::new(size, 1),
             l: Plane::new(size),
             retina: Retina::new(&params.retina, threads),
-            lamina: Lamina::new(size, &params.lamina, engine),
+            lamina: Lamina::new(size, &params.lamina, engine, threads),
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
-            medulla: Medulla::new(size, &params.medulla, engine),
+            medulla: Medulla::new(size, &params.medulla, engine, threads, 1),
             lobula: Lobula::new(size, params, threads),
             rejection: Rejection::new(size, params),
             readout: Readout::new(size, threads),
@@ -57,19 +59,20 @@ impl Wiring for Dstmd {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
         let Self { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        retina.process(bands, luminance, p);
+        p.begin(1);
+        retina.process(bands, luminance, &mut p.maps_mut()[0]);
         clock.lap(Part::Retina);
-        lamina.process(bands, (p, None), l);
+        lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         let l1 = &lamina_inhibition.l1;
-        medulla.process(bands, l1);
+        medulla.process(bands, from_ref(l1));
         clock.lap(Part::Medulla);
-        lobula.process(bands, l1, medulla);
+        lobula.process(bands, l1, medulla.frame(0));
         clock.lap_tiles(Part::Lobula, lobula.tiles());
-        clock.count_tiles(Grid::new(p.size()).count());
-        rejection.follow(p);
-        rejection.process(bands, p, &lobula.responses(l1, medulla));
+        clock.count_tiles(Grid::new(p.last().size()).count());
+        rejection.follow(p.last());
+        rejection.process(bands, p.last(), &lobula.responses(l1, medulla.frame(0)));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);
@@ -77,19 +80,21 @@ impl Wiring for Dstmd {
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
-            Stage::P => self.p.view3().to_owned(),
-            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::P => self.p.last().view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(self.p.last()),
             Stage::L => self.l.view3().to_owned(),
             Stage::L1 => self.lamina_inhibition.l1.view3().to_owned(),
             Stage::Tm3 => part(&self.lamina_inhibition.l1, Prepare::Positive),
             Stage::Tm2 => part(&self.lamina_inhibition.l1, Prepare::Negative),
-            Stage::Mi1 => self.medulla.mi1.view3().to_owned(),
-            Stage::Tm1_4 => self.medulla.tm1_4.view3().to_owned(),
-            Stage::Tm1_5 => self.medulla.tm1_5.view3().to_owned(),
-            Stage::D => self.lobula.correlation(&self.lamina_inhibition.l1, &self.medulla),
-            Stage::E => {
-                everywhere(bands, self.l.size(), &self.lobula.responses(&self.lamina_inhibition.l1, &self.medulla))
-            }
+            Stage::Mi1 => self.medulla.mi1[0].view3().to_owned(),
+            Stage::Tm1_4 => self.medulla.tm1_4[0].view3().to_owned(),
+            Stage::Tm1_5 => self.medulla.tm1_5[0].view3().to_owned(),
+            Stage::D => self.lobula.correlation(&self.lamina_inhibition.l1, self.medulla.frame(0)),
+            Stage::E => everywhere(
+                bands,
+                self.l.size(),
+                &self.lobula.responses(&self.lamina_inhibition.l1, self.medulla.frame(0)),
+            ),
             Stage::Ep => stack(self.rejection.kept(&self.lobula.e)),
             _ => return None,
         })

@@ -1,6 +1,7 @@
 //! ESTMD (Wiederman et al. 2008, as Wang et al. 2018 have it): small targets whatever way they move.
 
-use std::array::from_ref;
+use std::array;
+use std::slice::from_mut;
 
 use ndarray::Array3;
 
@@ -9,7 +10,7 @@ use crate::detection::Response;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
-use crate::plane::Plane;
+use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::row::bands::Bands;
 use crate::stage::estmd::Estmd as SmallTarget;
@@ -21,7 +22,7 @@ use crate::stage::retina::Retina;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Estmd {
-    p: Plane,
+    p: Series,
     l: Plane,
     retina: Retina,
     lamina: Lamina,
@@ -37,10 +38,10 @@ impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {
         let engine = params.engine.temporal;
         Self {
-            p: Plane::new(size),
+            p: Series::new(size, 1),
             l: Plane::new(size),
             retina: Retina::new(&params.retina, threads),
-            lamina: Lamina::new(size, &params.lamina, engine),
+            lamina: Lamina::new(size, &params.lamina, engine, threads),
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             estmd: SmallTarget::new(size, params, threads),
             rejection: Rejection::new(size, params),
@@ -53,24 +54,25 @@ impl Wiring for Estmd {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
         let Self { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        retina.process(bands, luminance, p);
+        p.begin(1);
+        retina.process(bands, luminance, &mut p.maps_mut()[0]);
         clock.lap(Part::Retina);
-        lamina.process(bands, (p, None), l);
+        lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
-        rejection.follow(p);
-        rejection.process(bands, p, &(from_ref(&estmd.y), &estmd.y));
+        rejection.follow(p.last());
+        rejection.process(bands, p.last(), &(array::from_ref(&estmd.y), &estmd.y));
         clock.lap(Part::Rejection);
-        readout.process(bands, rejection, from_ref(&estmd.y), response);
+        readout.process(bands, rejection, array::from_ref(&estmd.y), response);
         clock.lap(Part::Facilitation);
     }
 
     fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {
         Some(match stage {
-            Stage::P => self.p.view3().to_owned(),
-            Stage::C => self.rejection.contrast.map(&self.p),
+            Stage::P => self.p.last().view3().to_owned(),
+            Stage::C => self.rejection.contrast.map(self.p.last()),
             Stage::L => self.l.view3().to_owned(),
             Stage::L1 => self.lamina_inhibition.l1.view3().to_owned(),
             Stage::ON => self.estmd.on.view3().to_owned(),

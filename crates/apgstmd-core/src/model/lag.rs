@@ -35,7 +35,7 @@ pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
     let settle = (3.0 * slowest).ceil().min(4000.0);
     let frames = settle + (MEASURED / speed).ceil().max(4.0);
     let size = Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize);
-    let (mut model, mut luminance) = (wire(size, &params, 1), Plane::new(size));
+    let (mut model, mut luminance) = (wire(size, &params, 1, 1), Plane::new(size));
     let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, 1));
     let (mut sum, mut count) = (0.0, 0.0);
     for t in 0..frames as usize {

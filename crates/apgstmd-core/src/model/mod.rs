@@ -26,6 +26,19 @@ pub(crate) trait Wiring: Heap + Send + Sync {
     /// One time step. Detections stand where the response peaks.
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 
+    /// Several time steps, one response each: the same numbers as one by one.
+    fn block(
+        &mut self,
+        bands: &Bands,
+        luminance: &[Plane],
+        responses: &mut [Response],
+        mut timing: Option<&mut Timing>,
+    ) {
+        for (luminance, response) in luminance.iter().zip(responses) {
+            self.step(bands, luminance, response, timing.as_deref_mut());
+        }
+    }
+
     /// A stage of the last frame, (maps, rows, columns), if the model has it. `bands` is one thread.
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>>;
 
@@ -33,10 +46,10 @@ pub(crate) trait Wiring: Heap + Send + Sync {
     fn reset(&mut self);
 }
 
-/// The model that `params` name. They are valid and `size` is large enough.
-pub(crate) fn wire(size: Size, params: &Params, threads: usize) -> Box<dyn Wiring> {
+/// The model that `params` name, for `together` frames at once. They are valid and `size` is large enough.
+pub(crate) fn wire(size: Size, params: &Params, threads: usize, together: usize) -> Box<dyn Wiring> {
     match params.model {
-        Model::ApgStmd => Box::new(apg_stmd::ApgStmd::new(size, params, threads)),
+        Model::ApgStmd => Box::new(apg_stmd::ApgStmd::new(size, params, threads, together)),
         Model::StmdPlus => Box::new(stmd_plus::StmdPlus::new(size, params, threads)),
         Model::Dstmd => Box::new(dstmd::Dstmd::new(size, params, threads)),
         Model::Cascaded => Box::new(cascaded::Cascaded::new(size, params, threads)),

@@ -240,12 +240,11 @@ fn inhibit_in<S: Simd, const DEFAULT: bool>(
             sink.zero(at..at + 2 * STRIP);
             continue;
         }
-        let pairs = width - width % (2 * S::f32s::LEN);
-        for x in (0..pairs).step_by(2 * S::f32s::LEN) {
-            gather_at::<S, 2>(simd, spread, taps, [y + radius, x], at + x, sink);
-        }
-        for x in (pairs..width).step_by(S::f32s::LEN) {
-            gather_at::<S, 1>(simd, spread, taps, [y + radius, x], at + x, sink);
+        // As many vectors at once as there are registers for their sums.
+        if S::f32s::LEN == LANES {
+            gather_row::<S, 4>(simd, spread, width, taps, y + radius, at, sink);
+        } else {
+            gather_row::<S, 2>(simd, spread, width, taps, y + radius, at, sink);
         }
         computed += 2.min(rows - y);
     }
@@ -328,6 +327,26 @@ fn spread_core<S: Simd>(simd: S, src: &[f32], taps: &[f32], out: &mut [f32]) {
             }
             store::<S>(sum, out, x);
         }
+    }
+}
+
+/// Rows y and y + 1, V vectors at a time.
+#[inline(always)]
+fn gather_row<S: Simd, const V: usize>(
+    simd: S,
+    spread: &[f32],
+    width: usize,
+    taps: Taps<'_>,
+    y: usize,
+    at: usize,
+    sink: &mut impl Sink,
+) {
+    let whole = width - width % (V * S::f32s::LEN);
+    for x in (0..whole).step_by(V * S::f32s::LEN) {
+        gather_at::<S, V>(simd, spread, taps, [y, x], at + x, sink);
+    }
+    for x in (whole..width).step_by(S::f32s::LEN) {
+        gather_at::<S, 1>(simd, spread, taps, [y, x], at + x, sink);
     }
 }
 

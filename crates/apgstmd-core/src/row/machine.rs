@@ -105,6 +105,9 @@ pub struct Machine {
     pub threads: usize,
     /// Instruction set, at most; none asks for the best. See [`SimdLevel::clamped`].
     pub simd: Option<SimdLevel>,
+    /// Frames that [`crate::Detector::process_block`] computes together, at most: each takes memory for seven maps and makes
+    /// all of them faster. 1 for streams; see [`crate::Detector::block_len`].
+    pub together: usize,
     /// Computes everywhere, also where the result is known to be zero: for tests of what is left out.
     #[doc(hidden)]
     pub dense: bool,
@@ -114,7 +117,7 @@ impl Default for Machine {
     /// As many threads as the machine has cores, its best instruction set.
     fn default() -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { threads: cores.min(crate::MOST_THREADS), simd: None, dense: false }
+        Self { threads: cores.min(crate::MOST_THREADS), simd: None, together: 1, dense: false }
     }
 }
 

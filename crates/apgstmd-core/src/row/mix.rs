@@ -119,6 +119,26 @@ fn inhibit_directions_in<S: Simd, const MAPS: bool>(
     }
 }
 
+/// `out = x - y`, and `+ z` where there is one.
+pub(crate) fn subtract(level: Level, x: &[f32], y: &[f32], z: Option<&[f32]>, out: &mut [f32]) {
+    dispatch!(level, simd => subtract_in(simd, x, y, z, out));
+}
+
+#[inline(always)]
+fn subtract_in<S: Simd>(_: S, x: &[f32], y: &[f32], z: Option<&[f32]>, out: &mut [f32]) {
+    let width = out.len();
+    let (x, y) = (&x[..width], &y[..width]);
+    for i in 0..width {
+        out[i] = x[i] - y[i];
+    }
+    if let Some(z) = z {
+        let z = &z[..width];
+        for i in 0..width {
+            out[i] += z[i];
+        }
+    }
+}
+
 /// `out = a x + b y`.
 pub(crate) fn blend(level: Level, a: f32, x: &[f32], b: f32, y: &[f32], out: &mut [f32]) {
     dispatch!(level, simd => blend_in(simd, a, x, b, y, out));

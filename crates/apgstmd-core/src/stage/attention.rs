@@ -2,14 +2,14 @@
 //! Omega(t) = { M(t - dt) > max(threshold max M(t - dt), threshold_floor) } that prediction points at.
 //!
 //! Input: P and the memorizer's M(t - dt). Output: A, P_e and, with `gate = change`, what attention adds to the steps of P.
-//! State: R, the faded region, and for those steps the last P and A. Only tiles that touch R are computed.
+//! State: R, the faded region, and for those steps the last A. Only tiles that touch R are computed.
 
 use ndarray::Array3;
 
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{Gate, Params, Support};
-use crate::plane::Plane;
+use crate::plane::{Plane, Series};
 use crate::row::bands::{Bands, Rows};
 use crate::row::mix::blend;
 use crate::row::tile::fade_row;
@@ -37,30 +37,35 @@ pub(crate) struct Attention {
     /// Tiles in which R is not zero.
     active: Vec<bool>,
     /// Tiles in which A is not zero.
-    pub attended: Vec<bool>,
+    attended: Vec<bool>,
+    /// Tiles computed in the last call, over its frames.
+    computed: usize,
     pub a: Plane,
-    pe: Plane,
+    /// P_e of the frames that are computed together.
+    pe: Series,
     steps: Option<Steps>,
 }
 
 /// For `gate = change`. Here A is without R.
 struct Steps {
-    /// P(t-1).
-    before: Plane,
     /// A(t-1) in attended tiles.
     whole: Plane,
-    /// alpha R(t) (A(t) - A(t-1)); zero outside attended tiles.
-    added: Plane,
+    /// alpha R(t) (A(t) - A(t-1)) of each frame that is computed together.
+    added: Vec<Plane>,
+    /// Tiles in which these may not be zero.
+    set: Vec<Vec<bool>>,
 }
 
-heap!(Steps { before, whole, added });
+heap!(Steps { whole, added, set });
 heap!(Attention { speckle, region, masked, active, attended, a, pe, steps });
 
 impl Attention {
-    pub fn new(size: Size, params: &Params, threads: usize) -> Self {
+    /// For `together` frames at once.
+    pub fn new(size: Size, params: &Params, threads: usize, together: usize) -> Self {
         let enabled = params.attention.enabled && params.prediction.enabled;
         let params = &params.attention;
         let grid = Grid::new(size);
+        let change = enabled && params.gate == Gate::Change;
         Self {
             enabled,
             alpha: params.alpha as f32,
@@ -75,32 +80,38 @@ impl Attention {
             masked: Plane::new(size),
             active: vec![false; grid.count()],
             attended: vec![false; grid.count()],
+            computed: 0,
             a: Plane::new(size),
-            pe: Plane::new(size),
-            steps: (enabled && params.gate == Gate::Change).then(|| Steps {
-                before: Plane::new(size),
+            // Each has its own output; the other takes no room.
+            pe: Series::new(if change { Size::new(0, 0) } else { size }, together),
+            steps: change.then(|| Steps {
                 whole: Plane::new(size),
-                added: Plane::new(size),
+                added: (0..together).map(|_| Plane::new(size)).collect(),
+                set: vec![vec![false; grid.count()]; together],
             }),
         }
     }
 
-    /// `predicted` is the memory of dt frames ago, where there is one.
-    pub fn process(&mut self, bands: &Bands, p: &Plane, predicted: Option<&Gains>) {
-        if self.enabled
-            && let Some(predicted) = predicted
-        {
-            self.update_region(bands, p, predicted);
-            self.attend(bands, p);
-        }
-        match &mut self.steps {
-            None => self.enhance(bands, p),
-            Some(steps) => steps.before.copy_from(p),
+    /// Takes the next frames; `predicted` names the memory of dt frames before each, where there is one.
+    pub fn process<'a>(&mut self, bands: &Bands, p: &Series, predicted: impl Fn(usize) -> Option<&'a Gains>) {
+        self.pe.begin(p.maps().len());
+        self.computed = 0;
+        for (frame, now) in p.maps().iter().enumerate() {
+            if self.enabled
+                && let Some(predicted) = predicted(frame)
+            {
+                self.update_region(bands, now, predicted);
+                self.attend(bands, frame, now, p.before(frame));
+                self.computed += self.attended.iter().filter(|attended| **attended).count();
+            }
+            if self.steps.is_none() {
+                self.enhance(bands, frame, now);
+            }
         }
     }
 
-    /// What the lamina filters: P_e, or P and what attention adds to its step from the last frame.
-    pub fn output<'a>(&'a self, p: &'a Plane) -> (&'a Plane, Option<&'a Plane>) {
+    /// What the lamina filters: P_e, or P and what attention adds to its changes.
+    pub fn output<'a>(&'a self, p: &'a Series) -> (&'a Series, Option<&'a [Plane]>) {
         match &self.steps {
             None => (&self.pe, None),
             Some(steps) => (p, Some(&steps.added)),
@@ -142,7 +153,7 @@ impl Attention {
         });
     }
 
-    fn attend(&mut self, bands: &Bands, p: &Plane) {
+    fn attend(&mut self, bands: &Bands, frame: usize, p: &Plane, before: &Plane) {
         let Self { alpha, support, speckle, grid, region, masked, active, attended, a, steps, .. } = self;
         // What R cuts off on the way in spreads; what it cuts off on the way out does not.
         let (source, spread) = match support {
@@ -150,12 +161,10 @@ impl Attention {
             Support::Masked => (&*masked, speckle.reach),
         };
         let stride = p.stride();
-        let (before, steps) = match steps {
-            Some(Steps { before, whole, added }) => {
-                (Some(&*before), Some([whole, added].map(|plane| Rows { data: plane.data_mut(), stride })))
-            }
-            None => (None, None),
-        };
+        let steps = steps.as_mut().map(|Steps { whole, added, set }| {
+            let set = PerTile { values: &mut set[frame][..], across: grid.across };
+            ([whole, &mut added[frame]].map(|plane| Rows { data: plane.data_mut(), stride }), set)
+        });
         let a = Rows { data: a.data_mut(), stride };
         let out = ((a, PerTile { values: attended, across: grid.across }), steps);
         bands.over_tiles(p.size().height, out, |range, ((mut a, attended), mut steps)| {
@@ -166,16 +175,17 @@ impl Attention {
                 let was_attended = attended.values[column];
                 let attend = bands.dense() || grid.around(tile, spread).any(|tile| active[tile]);
                 attended.values[column] = attend;
+                if let Some(([_, added], set)) = &mut steps
+                    && std::mem::replace(&mut set.values[column], attend)
+                    && !attend
+                {
+                    (0..area.rows).for_each(|y| added.row(y)[columns.clone()].fill(0.0));
+                }
                 if !attend {
-                    for y in (0..area.rows).filter(|_| was_attended) {
-                        a.row(y)[columns.clone()].fill(0.0);
-                        if let Some([_, added]) = &mut steps {
-                            added.row(y)[columns.clone()].fill(0.0);
-                        }
-                    }
+                    (0..area.rows).filter(|_| was_attended).for_each(|y| a.row(y)[columns.clone()].fill(0.0));
                     continue;
                 }
-                if let (Some([whole, _]), Some(before), false) = (&mut steps, before, was_attended) {
+                if let (Some(([whole, _], _)), false) = (&mut steps, was_attended) {
                     speckle.each_row(bands, before, &area, |y, a| whole.row(y)[columns.clone()].copy_from_slice(a));
                 }
                 speckle.each_row(bands, source, &area, |y, now| {
@@ -185,7 +195,7 @@ impl Attention {
                         Support::Full => out.iter_mut().zip(now).zip(r).for_each(|((out, a), r)| *out = a * r),
                         Support::Masked => out.copy_from_slice(now),
                     }
-                    if let Some([whole, added]) = &mut steps {
+                    if let Some(([whole, added], _)) = &mut steps {
                         let (whole, added) = (&mut whole.row(y)[columns.clone()], &mut added.row(y)[columns.clone()]);
                         for (((added, whole), now), r) in added.iter_mut().zip(&*whole).zip(now).zip(r) {
                             *added = *alpha * r * (now - whole);
@@ -203,10 +213,10 @@ impl Attention {
     }
 
     /// P_e = P + alpha A.
-    fn enhance(&mut self, bands: &Bands, p: &Plane) {
+    fn enhance(&mut self, bands: &Bands, frame: usize, p: &Plane) {
         let stride = p.stride();
         let Self { a, pe, alpha, attended, grid, .. } = self;
-        bands.over_tiles(p.size().height, Rows { data: pe.data_mut(), stride }, |range, mut pe| {
+        bands.over_tiles(p.size().height, Rows { data: pe.maps_mut()[frame].data_mut(), stride }, |range, mut pe| {
             let first = grid.holding(0, range.start);
             let any = attended[first..first + grid.across].contains(&true);
             for (row, y) in range.enumerate() {
@@ -219,20 +229,23 @@ impl Attention {
         });
     }
 
-    /// Tiles computed in the last frame.
+    /// Tiles computed in the last call, over its frames.
     pub fn tiles(&self) -> usize {
-        self.attended.iter().filter(|attended| **attended).count()
+        self.computed
     }
 
     pub fn reset(&mut self) {
         self.fresh = true;
-        for plane in [&mut self.region, &mut self.masked, &mut self.a, &mut self.pe] {
+        for plane in [&mut self.region, &mut self.masked, &mut self.a] {
             plane.fill(0.0);
         }
+        self.pe.fill(0.0);
         self.active.fill(false);
         self.attended.fill(false);
+        self.computed = 0;
         if let Some(steps) = &mut self.steps {
-            steps.added.fill(0.0);
+            steps.added.iter_mut().for_each(|added| added.fill(0.0));
+            steps.set.iter_mut().for_each(|set| set.fill(false));
         }
     }
 }

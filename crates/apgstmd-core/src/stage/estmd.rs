@@ -3,9 +3,11 @@
 //! Input: L1. Output: Y, which is large where light follows dark at one pixel, whatever way the target moves. State: the
 //! delay of OFF. W has the form of the lobula's W_s and its parameters. Nothing lies outside the picture.
 
+use std::slice::{from_mut, from_ref};
+
 use crate::filter::gamma::{Gamma, Response};
 use crate::filter::rolling::{Around, ROLLING_ROWS, Rolling, Source};
-use crate::filter::temporal::TemporalFilter;
+use crate::filter::temporal::{Input, TemporalFilter};
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
@@ -40,7 +42,7 @@ impl Estmd {
             off: Plane::new(size),
             off_delayed: Plane::new(size),
             y: Plane::new(size),
-            delay: TemporalFilter::new(size, params.engine.temporal, Prepare::Keep, &delay, Response::Impulse),
+            delay: TemporalFilter::new(size, params.engine.temporal, Prepare::Keep, &delay, Response::Impulse, threads),
             scratch: Scratch::new(threads, || {
                 (Source::new(&lateral), Rolling::new(&lateral), Buffer::zeros(ROLLING_ROWS * STRIP))
             }),
@@ -50,7 +52,7 @@ impl Estmd {
 
     pub fn process(&mut self, bands: &Bands, l1: &Plane) {
         self.divide(bands, l1);
-        self.delay.process(bands, &self.off, [&mut self.off_delayed]);
+        self.delay.process(bands, Input::Maps(from_ref(&self.off)), [from_mut(&mut self.off_delayed)]);
         let Self { on, off_delayed, y, floor, .. } = self;
         let stride = y.stride();
         bands.over(l1.size().height, Rows { data: y.data_mut(), stride }, |range, mut out| {

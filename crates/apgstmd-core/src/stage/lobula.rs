@@ -23,7 +23,7 @@ use crate::plane::{Buffer, LANES, Plane, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::mix::{correlate, inhibit_directions};
-use crate::stage::medulla::Medulla;
+use crate::stage::medulla::Delayed;
 use crate::stage::rejection::Responses;
 use crate::tiles::{Area, TILE};
 
@@ -72,7 +72,7 @@ impl Lobula {
         }
     }
 
-    pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: &Medulla) {
+    pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: Delayed<'_>) {
         let (size, stride) = (l.size(), l.stride());
         let Self { stmd, e, strongest, inhibited } = self;
         *inhibited.get_mut() = 0;
@@ -94,7 +94,7 @@ impl Lobula {
     }
 
     /// The last frame's responses, of which parts may be asked for.
-    pub fn responses<'a>(&'a self, l: &'a Plane, medulla: &'a Medulla) -> Seen<'a> {
+    pub fn responses<'a>(&'a self, l: &'a Plane, medulla: Delayed<'a>) -> Seen<'a> {
         Seen { lobula: self, l, medulla }
     }
 
@@ -108,7 +108,7 @@ impl Lobula {
     }
 
     /// D of the last frame.
-    pub fn correlation(&self, l: &Plane, medulla: &Medulla) -> Array3<f32> {
+    pub fn correlation(&self, l: &Plane, medulla: Delayed<'_>) -> Array3<f32> {
         let Size { height, width } = l.size();
         let mut out = vec![0.0; padded(width)];
         let mut d = Array3::zeros((DIRECTIONS, height, width));
@@ -127,7 +127,7 @@ impl Lobula {
 pub(crate) struct Seen<'a> {
     lobula: &'a Lobula,
     l: &'a Plane,
-    medulla: &'a Medulla,
+    medulla: Delayed<'a>,
 }
 
 impl Responses<DIRECTIONS> for Seen<'_> {
@@ -191,7 +191,7 @@ impl Stmd {
         &self,
         bands: &Bands,
         l: &Plane,
-        medulla: &Medulla,
+        medulla: Delayed<'_>,
         (rows, left, columns): (&Range<usize>, usize, usize),
         work: &mut Work,
     ) -> usize {
@@ -234,7 +234,7 @@ pub(crate) fn lateral(params: &LobulaParams) -> Lateral {
 #[derive(Clone, Copy)]
 struct Inputs<'a> {
     l: &'a Plane,
-    medulla: &'a Medulla,
+    medulla: Delayed<'a>,
     upstream: &'a [(isize, isize); DIRECTIONS],
     floor: f32,
 }
@@ -254,7 +254,10 @@ impl Inputs<'_> {
             let y = top + row as isize;
             let columns = row * stride..(row + 1) * stride;
             if within && inside(y, 1, height) {
-                let out = d.each_mut().map(|d| &mut d.data[columns.clone()]);
+                let mut out: [&mut [f32]; DIRECTIONS] = Default::default();
+                for (out, d) in out.iter_mut().zip(&mut *d) {
+                    *out = &mut d.data[columns.clone()];
+                }
                 let live = self.row_inside(simd, y as usize, left, stride, out);
                 for k in 0..DIRECTIONS {
                     d[k].live[row] = live[k];
@@ -277,8 +280,8 @@ impl Inputs<'_> {
         length: usize,
         out: [&mut [f32]; DIRECTIONS],
     ) -> [bool; DIRECTIONS] {
-        let here = [self.l, &self.medulla.tm1_4].map(|plane| plane.around(y, x, length));
-        let there = [&self.medulla.mi1, &self.medulla.tm1_5];
+        let here = [self.l.around(y, x, length), self.medulla.tm1_4.around(y, x, length)];
+        let there = [self.medulla.mi1, self.medulla.tm1_5];
         let mut up: [[&[f32]; DIRECTIONS]; 2] = [[&[]; DIRECTIONS]; 2];
         for (up, plane) in up.iter_mut().zip(there) {
             for (up, (dx, dy)) in up.iter_mut().zip(self.upstream) {
@@ -304,8 +307,8 @@ impl Inputs<'_> {
         let (from, to) = (first - (first - x) % lanes, last + (x - last).rem_euclid(lanes));
         let length = (to - from) as usize;
         let (row, up) = (y as usize, (y + dy) as usize);
-        let here = [self.l, &self.medulla.tm1_4].map(|plane| plane.around(row, from, length));
-        let there = [&self.medulla.mi1, &self.medulla.tm1_5].map(|plane| [plane.around(up, from + dx, length)]);
+        let here = [self.l, self.medulla.tm1_4].map(|plane| plane.around(row, from, length));
+        let there = [self.medulla.mi1, self.medulla.tm1_5].map(|plane| [plane.around(up, from + dx, length)]);
         let [any] = correlate(simd, here, there, self.floor, [&mut out[(from - x) as usize..(to - x) as usize]]);
         out[..(first - x) as usize].fill(0.0);
         out[(last - x) as usize..].fill(0.0);

@@ -166,18 +166,22 @@ impl Prediction {
             return [0; 2];
         }
         let (row, column) = (2 * (tile / grid.across) as isize, 2 * (tile % grid.across) as isize);
-        [row, row + 1].map(|row| {
+        let mut halves = [0; 2];
+        for (half, mask) in halves.iter_mut().enumerate() {
             let mut bounds = [0.0; DIRECTIONS];
             for ((down, right), most) in &self.most {
-                if let Some(sums) = self.source.quarter(row + down, column + right) {
+                if let Some(sums) = self.source.quarter(row + half as isize + down, column + right) {
                     for k in 0..DIRECTIONS {
                         bounds[k] += sums[k] * most[k];
                     }
                 }
             }
             // Sums of some thousand positive terms are exact to a part in a thousand.
-            (0..DIRECTIONS).filter(|k| bounds[*k] > 0.0 && bounds[*k] * 1.001 >= floor).fold(0, |mask, k| mask | 1 << k)
-        })
+            for (k, bound) in bounds.into_iter().enumerate() {
+                *mask |= u8::from(bound > 0.0 && bound * 1.001 >= floor) << k;
+            }
+        }
+        halves
     }
 
     /// F and M of one tile.

@@ -40,6 +40,8 @@ pub(crate) struct Traces {
     /// Ended traces, kept for the memory of their points.
     spare: Vec<Trace>,
     pairs: Vec<Pair>,
+    /// Peaks from the top of the picture down.
+    downward: Vec<usize>,
     /// Trace of each peak of this frame.
     owner: Vec<Option<usize>>,
     /// Peak of each living trace in this frame.
@@ -48,7 +50,7 @@ pub(crate) struct Traces {
 }
 
 heap!(Pair);
-heap!(Traces { living, spare, pairs, owner, found });
+heap!(Traces { living, spare, pairs, downward, owner, found });
 
 impl Heap for Trace {
     fn heap(&self) -> Memory {
@@ -75,6 +77,7 @@ impl Traces {
             living: Vec::with_capacity(most),
             spare: (0..most).map(|_| trace()).collect(),
             pairs: Vec::with_capacity(most * most_peaks),
+            downward: Vec::with_capacity(most_peaks),
             owner: Vec::with_capacity(most_peaks),
             found: Vec::with_capacity(most),
             next_id: 0,
@@ -84,12 +87,17 @@ impl Traces {
     /// Links the peaks of a frame; `shift` is the background's since the last, `point` what to remember of a peak.
     pub fn link(&mut self, peaks: &[Peak], shift: (f64, f64), point: impl Fn(&Peak) -> Point) {
         self.pairs.clear();
+        self.downward.clear();
+        self.downward.extend(0..peaks.len());
+        self.downward.sort_unstable_by(|a, b| peaks[*a].sub_y.total_cmp(&peaks[*b].sub_y));
         for (index, trace) in self.living.iter().enumerate() {
             let frames = f64::from(trace.missed + 1);
             let expected = (trace.place.0 + trace.velocity.0 * frames, trace.place.1 + trace.velocity.1 * frames);
-            for (peak_index, peak) in peaks.iter().enumerate() {
-                let (dx, dy) = (f64::from(peak.sub_x) - expected.0, f64::from(peak.sub_y) - expected.1);
-                if dx.abs().max(dy.abs()) > self.gate {
+            let below = |peak: &usize| f64::from(peaks[*peak].sub_y) - expected.1;
+            let first = self.downward.partition_point(|peak| below(peak) < -self.gate);
+            for &peak_index in self.downward[first..].iter().take_while(|peak| below(peak) <= self.gate) {
+                let (dx, dy) = (f64::from(peaks[peak_index].sub_x) - expected.0, below(&peak_index));
+                if dx.abs() > self.gate {
                     continue;
                 }
                 let distance = dx.hypot(dy);

@@ -3,7 +3,7 @@
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use apgstmd_core::{Detector, Frame, ParamError, Response, Size};
+use apgstmd_core::{Detector, Frame, Machine, ParamError, Response, Size};
 use indicatif::ProgressBar;
 
 use super::Options;
@@ -199,8 +199,15 @@ impl<'a> Compute<'a> {
     }
 }
 
+/// Bytes of the maps of frames that are computed together.
+const TOGETHER: usize = 24 << 20;
+
 fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outcome<Detector> {
-    Detector::with_options(picture.size(), options.params, &options.machine).map_err(|error| match error {
+    // What is computed together should stay in the caches, and takes memory.
+    let size = picture.size();
+    let together = (TOGETHER / (7 * size_of::<f32>() * size.area())).clamp(1, 4);
+    let machine = Machine { together, ..options.machine.clone() };
+    Detector::with_options(size, options.params, &machine).map_err(|error| match error {
         ParamError::TooSmall { .. } | ParamError::TooLarge { .. } => {
             Failure::failed(format_args!("cannot use {origin}: {error}"))
         }
