@@ -11,7 +11,7 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel venv bench compare scaling docs clean
+.PHONY: help demo test reproduce lint wheel venv bench instructions compare scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -51,7 +51,12 @@ venv:
 	@tools/venv.sh
 
 bench: ## criterion benchmarks of each stage and of whole frames
-	@$(CARGO) bench --package apgstmd-benches
+	@$(CARGO) bench --package apgstmd-benches --bench model
+
+instructions: ## instructions of one frame under valgrind, beside those of the last run: numbers that do not jitter
+	@command -v valgrind > /dev/null || (apt-get update -qq && apt-get install -qq -y valgrind)
+	@$(CARGO) install --quiet --root target/tools --version 0.20.0 gungraun-runner
+	@GUNGRAUN_RUNNER=target/tools/bin/gungraun-runner $(CARGO) bench --quiet --package apgstmd-benches --bench instructions
 
 compare: wheel ## the same clip through apgstmd, NumPy + OpenCV, and OpenCV's background subtraction: a table
 	@tools/venv.sh .venv-compare benches/compare/requirements.txt

@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use apgstmd_benches::{Running, clutter, practical, still};
-use apgstmd_core::params::RejectionMode;
-use apgstmd_core::{Machine, Model, Params, SimdLevel, Size, Timing};
+use apgstmd_core::params::{RejectionMode, TemporalEngine};
+use apgstmd_core::{Frame, Machine, Model, Params, SimdLevel, Size, Timing};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 const SIZES: [Size; 2] = [Size::new(270, 480), Size::new(250, 500)];
@@ -80,5 +80,44 @@ fn variants(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, frames, stages, variants);
+/// The filters over time, as cascade and as FIR, which is the reference, and with several frames computed together.
+fn engines(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("lamina and medulla");
+    group.sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
+    for (name, engine) in [("cascade", TemporalEngine::Cascade), ("fir", TemporalEngine::Fir)] {
+        let mut params = practical();
+        params.engine.temporal = engine;
+        let mut running = Running::new(&params, 1, clutter(SIZES[0]), 60);
+        group.bench_function(name, |bencher| {
+            bencher.iter_custom(|count| {
+                let mut timing = Timing::default();
+                for _ in 0..count {
+                    let frame = running.frame();
+                    let done = running.detector.process_timed(frame.view(), &mut running.response, &mut timing);
+                    done.expect("frames of the right size");
+                }
+                timing.of("lamina") + timing.of("medulla")
+            });
+        });
+    }
+    group.finish();
+    let mut group = criterion.benchmark_group("frames together");
+    group.sample_size(10).measurement_time(Duration::from_secs(3)).warm_up_time(Duration::from_millis(500));
+    for together in [1, 2, 4, 6] {
+        let machine = Machine { together, ..Machine::with_threads(1) };
+        let mut running = Running::with_machine(&practical(), &machine, clutter(SIZES[0]), 60);
+        let mut responses = vec![running.detector.make_response(); together];
+        group.throughput(Throughput::Elements(together as u64));
+        group.bench_function(together.to_string(), |bencher| {
+            bencher.iter(|| {
+                let pictures: Vec<_> = (0..together).map(|_| running.frame()).collect();
+                let views: Vec<Frame<'_>> = pictures.iter().map(|picture| picture.view().into()).collect();
+                running.detector.process_block(&views, &mut responses).expect("frames of the right size");
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frames, stages, engines, variants);
 criterion_main!(benches);

@@ -7,7 +7,11 @@ use ndarray::Array2;
 /// Targets crossing natural clutter that moves, as many frames as are cycled through.
 pub fn clutter(size: Size) -> Vec<Array2<f32>> {
     // As many as 256 MB hold.
-    let frames = ((1 << 26) / size.area()).clamp(8, 64);
+    clutter_of(size, ((1 << 26) / size.area()).clamp(8, 64))
+}
+
+/// As [`clutter`], with a number of frames.
+pub fn clutter_of(size: Size, frames: usize) -> Vec<Array2<f32>> {
     let scene = Scene { width: size.width, height: size.height, frames, ..Scene::demo() };
     render(&scene)
 }
