@@ -10,6 +10,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use bench::BenchArgs;
 
+use crate::source::{Place, RawFormat};
+
 /// Finds tiny, low-contrast moving targets in video: the apg-STMD model of the insect visual system.
 #[derive(Debug, Parser)]
 #[command(name = "apgstmd", version, long_version = VERSION.as_str(), about, after_help = EXAMPLES, max_term_width = 110)]
@@ -34,6 +36,7 @@ const EXAMPLES: &str = "\
 Examples:
   apgstmd demo                                     a made-up scene, found against the truth
   apgstmd run frames/ --speed 1 --out found        targets that move about 1 pixel a frame
+  apgstmd run sky.mp4 --speed 1 --start 10s        a video, from its tenth second on
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
@@ -46,6 +49,9 @@ Examples:
   apgstmd run frames/ --speed 1                    writes ./frames-apgstmd/detections.csv and run.json
   apgstmd run 'frames/f_%05d.tif' --overlay        annotated pictures and a contact strip as well
   apgstmd run frames/ --out - --format jsonl | jq .score
+  apgstmd run clip.mp4 --start 10s --stop 15s      five seconds of a video; every row has its time
+  apgstmd run rtsp://cam/1 --out - --format jsonl  a camera: always the newest frame, rows as they are found
+  ffmpeg -i X -f yuv4mpegpipe -strict -1 - | apgstmd run - --out found
   apgstmd run scene.toml --speed 0.25              a made-up scene, without pictures on disk
   apgstmd run frames/ --dump E,Q --dump-frames 60,120..130 --out inside
 
@@ -56,7 +62,7 @@ Exit codes: 0 done, 1 failed, 2 wrong arguments or parameters, 130 interrupted (
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Detect targets in a folder or pattern of pictures, or in a scene.
+    /// Detect targets in pictures, a video, a camera, a stream or a scene.
     Run(Box<RunArgs>),
     /// Make a scene, detect its targets, compare with the truth.
     Demo(DemoArgs),
@@ -125,6 +131,15 @@ pub enum OnError {
     Skip,
 }
 
+/// Yes or no.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Yes.
+    Yes,
+    /// No.
+    No,
+}
+
 /// Table of detections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -166,21 +181,42 @@ pub struct ModelArgs {
 #[command(after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
     /// Folder of pictures, or a quoted pattern ('frames/*.png', 'f_%05d.tif'): PNG, JPEG, TIFF, BMP, PGM or PPM, taken in
-    /// natural order (2 before 10). Or SCENE.toml, a scene as `apgstmd synth` takes it, drawn on the way
+    /// natural order (2 before 10). A video file, /dev/video0, an rtsp:// or http:// address, through the program ffmpeg.
+    /// `-`, standard input: YUV4MPEG2, or raw frames with --raw. SCENE.toml, a scene as `apgstmd synth` takes it
     pub input: PathBuf,
 
     #[command(flatten)]
     pub model: ModelArgs,
 
-    /// First picture to use, counted from 0 in natural order
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Input")]
-    pub start: usize,
-    /// Stop before this picture [default: after the last]
-    #[arg(long, value_name = "N", help_heading = "Input")]
-    pub stop: Option<usize>,
-    /// Use every N-th picture
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Input")]
-    pub step: usize,
+    /// First frame to use, counted from 0; or the first from this time on, as in the column time_s: 2.5s
+    #[arg(long, value_name = "N|SECONDS", default_value = "0", help_heading = "Input")]
+    pub start: Place,
+    /// Stop before this frame or time [default: after the last]
+    #[arg(long, value_name = "N|SECONDS", help_heading = "Input")]
+    pub stop: Option<Place>,
+    /// Use every N-th frame, or one each so many seconds: 0.1s
+    #[arg(long, value_name = "N|SECONDS", default_value = "1", help_heading = "Input")]
+    pub step: Place,
+    /// Frames a second of what tells no times, pictures and raw frames, or in place of a wrong rate: time_s is then the
+    /// frame's number over this
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true, help_heading = "Input")]
+    pub fps: Option<f64>,
+    /// Standard input is raw frames of this size, one after the other; FORMAT: gray, gray10le, gray12le, gray14le,
+    /// gray16le [default: gray]
+    #[arg(long, value_name = "WxH[:FORMAT]", help_heading = "Input")]
+    pub raw: Option<RawFormat>,
+    /// Always take the newest frame; those that come while one is computed are dropped and counted. A video file is
+    /// played at its own speed [default: yes for cameras and rtsp, else no]
+    #[arg(
+        long,
+        value_name = "YES|NO",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "yes",
+        hide_possible_values = true,
+        help_heading = "Input"
+    )]
+    pub live: Option<Switch>,
     /// Bits that 16-bit samples really use, 9 to 16 (10, 12, 14 for many cameras)
     #[arg(long, value_name = "B", help_heading = "Input")]
     pub bit_depth: Option<u32>,

@@ -53,6 +53,15 @@ impl Failure {
         self
     }
 
+    /// The same with advice, unless it has some.
+    #[must_use]
+    pub fn or_hint(self, advice: impl Display) -> Self {
+        match &self {
+            Self::Usage(Message { hint: None, .. }) | Self::Failed(Message { hint: None, .. }) => self.hint(advice),
+            _ => self,
+        }
+    }
+
     /// What went wrong, in one line.
     pub fn text(&self) -> Option<String> {
         match self {

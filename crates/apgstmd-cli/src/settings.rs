@@ -9,18 +9,24 @@ use apgstmd_core::params::{Localise, RejectionMode};
 use apgstmd_core::{MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
 
 use crate::Outcome;
-use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs};
+use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Switch};
 use crate::failure::{Failure, reason, without_snippet};
-use crate::source::{Input, Selection};
+use crate::source::{Input, InputFlags, Selection, Span};
+
+/// Frames a second that something can have: one a day to a million.
+const MIN_FPS: f64 = 1e-5;
+const MAX_FPS: f64 = 1e6;
 
 /// Everything `apgstmd run` needs.
 pub struct RunSettings {
     /// INPUT as given.
     pub input: PathBuf,
-    /// Its pictures or scene.
+    /// Its pictures, scene or stream.
     pub source: Input,
     /// Which frames of it are used.
-    pub selection: Selection,
+    pub span: Span,
+    /// The same as numbers, where that is known beforehand.
+    pub selection: Option<Selection>,
     /// Bits that 16-bit samples use.
     pub bit_depth: Option<u32>,
     /// The model.
@@ -88,11 +94,16 @@ impl RunSettings {
                 "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
             )));
         }
-        let source = Input::of(&args.input)?;
-        if let (Input::Scene(_), Some(_)) = (&source, args.bit_depth) {
-            return Err(Failure::usage("--bit-depth is for pictures: a scene is drawn in floating point"));
+        if let Some(fps) = args.fps
+            && !(MIN_FPS..=MAX_FPS).contains(&fps)
+        {
+            return Err(Failure::usage(format_args!("--fps is {fps}, but it must be between {MIN_FPS} and {MAX_FPS}")));
         }
-        let selection = Selection::new(args.start, args.stop, args.step, source.count())?;
+        let span = Span::new(args.start, args.stop, args.step)?;
+        let live = args.live.map(|live| live == Switch::Yes);
+        let flags = InputFlags { raw: args.raw, fps: args.fps, live, bit_depth: args.bit_depth };
+        let source = Input::of(&args.input, flags)?;
+        let selection = source.select(span)?;
         let mut formats = args.format;
         let mut seen = HashSet::new();
         formats.retain(|format| seen.insert(*format as u8));
@@ -109,7 +120,7 @@ impl RunSettings {
             None => None,
             Some(stages) => Some(DumpSettings {
                 stages: stage_list(&stages, params.model)?,
-                frames: args.dump_frames.map(|list| FrameList::parse(&list, selection)).transpose()?,
+                frames: args.dump_frames.map(|list| FrameList::parse(&list, span, selection.as_ref())).transpose()?,
                 folder: match (args.dump_dir, &destination) {
                     (Some(folder), _) => folder,
                     (None, Destination::Folder(folder)) => folder.join("dump"),
@@ -122,6 +133,7 @@ impl RunSettings {
         Ok(Self {
             input: args.input,
             source,
+            span,
             selection,
             bit_depth: args.bit_depth,
             params,
@@ -265,7 +277,8 @@ impl FrameList {
         self.0.iter().any(|range| range.contains(&frame))
     }
 
-    fn parse(text: &str, selection: Selection) -> Outcome<Self> {
+    /// `selection` are the frames of `span` where they are known.
+    fn parse(text: &str, span: Span, selection: Option<&Selection>) -> Outcome<Self> {
         let mut ranges = Vec::new();
         for item in text.split(',').map(str::trim).filter(|item| !item.is_empty()) {
             let range = parse_range(item).ok_or_else(|| {
@@ -275,14 +288,17 @@ impl FrameList {
             if first > last {
                 return Err(Failure::usage(format_args!("--dump-frames: the range {item} ends before it starts")));
             }
-            let in_run = |frame: usize| (selection.start..=selection.last()).contains(&frame);
-            if !in_run(first) || !in_run(last) || !range.clone().any(|frame| selection.contains(frame)) {
-                return Err(Failure::usage(format_args!(
-                    "--dump-frames: {item} is not in this run, which uses frames {} to {} in steps of {}",
-                    selection.start,
-                    selection.last(),
-                    selection.step
-                )));
+            if let Some((start, end)) =
+                selection.and_then(|used| Some((*used.frames().first()?, *used.frames().last()?)))
+            {
+                let in_run = |frame: usize| (start..=end).contains(&frame);
+                let used = |frame| selection.is_some_and(|used| used.contains(frame));
+                if !in_run(first) || !in_run(last) || !range.clone().any(used) {
+                    return Err(Failure::usage(format_args!(
+                        "--dump-frames: {item} is not in this run, which uses frames {start} to {end} in steps of {}",
+                        span.step
+                    )));
+                }
             }
             ranges.push(range);
         }
@@ -293,7 +309,8 @@ impl FrameList {
     }
 }
 
-fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
+/// `7` or `3..9`, both ends included.
+pub(crate) fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
     match item.split_once("..") {
         None => item.parse().ok().map(|frame| frame..=frame),
         Some((first, last)) => Some(first.trim().parse().ok()?..=last.trim_start_matches('=').trim().parse().ok()?),
@@ -303,15 +320,18 @@ fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::Place;
 
     #[test]
     fn frame_lists() {
-        let selection = Selection::new(10, Some(200), 2, 500).unwrap();
-        let list = FrameList::parse("60, 120..130", selection).unwrap();
+        let span = Span::new(Place::Frames(10), Some(Place::Frames(200)), Place::Frames(2)).unwrap();
+        let selection = span.of(500, None).unwrap();
+        let parse = |text| FrameList::parse(text, span, Some(&selection));
+        let list = parse("60, 120..130").unwrap();
         assert!(list.contains(60) && list.contains(120) && list.contains(130));
         assert!(!list.contains(61) && !list.contains(131));
         for bad in ["", "x", "61", "8", "500", "190..210", "20..10", "1..", "-3"] {
-            assert!(FrameList::parse(bad, selection).is_err(), "{bad}");
+            assert!(parse(bad).is_err(), "{bad}");
         }
     }
 

@@ -33,19 +33,18 @@ fn inputs_that_are_not_there() {
     run(empty.path(), "").fails(1, &["there are no pictures in", &empty.path().display().to_string()]);
     fs::write(empty.path().join("a.txt"), "x").unwrap();
     run(empty.path(), "").fails(1, &["1 other file"]);
-    run(&empty.path().join("missing"), "").fails(1, &["there is no folder"]);
+    run(&empty.path().join("missing"), "").fails(1, &["there is no file or folder"]);
     run(&empty.path().join("*.png"), "").fails(1, &["no picture matches"]);
     run(&empty.path().join("f_%05d.png"), "").fails(1, &["no picture matches"]);
     run(&empty.path().join("[.png"), "").fails(2, &["pattern"]);
-    run(&empty.path().join("a.txt"), "").fails(1, &["is a file"]);
     run(&empty.path().join("missing/f_%05d.png"), "").fails(1, &["cannot read the folder", "no such file"]);
 }
 
 #[test]
 fn a_single_picture_is_no_sequence() {
     let frames = folder(1);
-    let ran = run(&frames.path().join("f_0.png"), "").fails(1, &["is a file"]);
-    assert!(ran.stderr.contains("sequence"), "{}", ran.stderr);
+    let ran = run(&frames.path().join("f_0.png"), "").fails(1, &["one picture", "sequence"]);
+    assert!(ran.stderr.contains("give the folder"), "{}", ran.stderr);
 }
 
 #[test]

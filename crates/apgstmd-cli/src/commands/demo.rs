@@ -36,15 +36,24 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
     interrupt::listen();
     let mut found = Vec::new();
     let machine = Machine::with_threads(threads);
-    let options = Options { params: &params, machine, on_error: OnError::Stop, dump: None, quiet: args.quiet };
-    let sources = Selection::all(scene.frames).turns(readers(threads));
+    let options = Options {
+        params: &params,
+        machine,
+        on_error: OnError::Stop,
+        dump: None,
+        quiet: args.quiet,
+        live: false,
+        stride: 1,
+    };
+    let all = Selection::all(scene.frames);
+    let sources = all.turns(readers(threads));
     let sources = sources.map(|part| Box::new(SceneFrames::new(&renderer, part)) as Box<dyn FrameSource>).collect();
     let report = drive(sources, &options, || {
         results.prepare()?;
         let frames: Vec<usize> = (0..scene.frames).collect();
         Ok(vec![
             Box::new(Csv::new(Target::file(&args.out.join(results::CSV))?)?) as Box<dyn Sink + '_>,
-            Box::new(Overlay::new(&args.out, "demo scene".to_owned(), &frames, false)?),
+            Box::new(Overlay::new(&args.out, "demo scene".to_owned(), Some(&frames), false)?),
             Box::new(Collect(&mut found)),
         ])
     });
@@ -124,6 +133,8 @@ fn write_record(
             start: 0,
             stop: scene.frames,
             step: 1,
+            left_out: String::new(),
+            fps: Some(scene.rate),
             bit_depth: None,
             scene: Some(scene),
         },
@@ -131,6 +142,7 @@ fn write_record(
         threads,
         simd: Machine::default().level().name(),
         frames: report.frames,
+        live: None,
         skipped: &report.skipped,
         interrupted: false,
         error: None,

@@ -1,5 +1,6 @@
 //! `apgstmd run`: pictures in, tables and annotated pictures out.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use super::pipeline::{Options, Report, drive};
@@ -14,21 +15,34 @@ use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
 use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
-use crate::source;
+use crate::source::{Place, Selection};
 
 pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
+    // Looking at a stream may take long.
+    interrupt::listen();
     let settings = RunSettings::resolve(*args)?;
     let results = check_results(&settings)?;
-    interrupt::listen();
-    let sources = settings.source.open(settings.selection, settings.bit_depth, readers(settings.machine.threads));
+    let source = &settings.source;
+    let sources = source.open(settings.span, settings.selection.as_ref(), readers(settings.machine.threads))?;
+    if source.is_live_by_itself() && !settings.quiet {
+        eprint_line(&format!(
+            "{} goes on in its own time: frames that come while one is computed are dropped (--live=no keeps them)",
+            source.shown()
+        ));
+    }
     let options = Options {
         params: &settings.params,
         machine: settings.machine.clone(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
         quiet: settings.quiet,
+        live: source.is_live(),
+        stride: settings.span.stride(),
     };
-    let report = drive(sources, &options, || open_sinks(&settings, &results));
+    let mut report = drive(sources, &options, || open_sinks(&settings, &results));
+    if report.empty && source.count() > 0 {
+        report.failure = Some(settings.span.nothing_left(source.count()));
+    }
     let recorded = match &settings.destination {
         Destination::Folder(folder) => write_record(&settings, &report, folder),
         Destination::Stdout => Ok(()),
@@ -75,8 +89,8 @@ fn open_sinks(settings: &RunSettings, results: &Option<Results>) -> Outcome<Vec<
         sinks.push(Box::new(Dump::new(dump)?));
     }
     if let (true, Destination::Folder(folder)) = (settings.overlay, &settings.destination) {
-        let frames: Vec<usize> = settings.selection.frames().collect();
-        sinks.push(Box::new(Overlay::new(folder, settings.input.display().to_string(), &frames, true)?));
+        let frames = settings.selection.as_ref().map(Selection::frames);
+        sinks.push(Box::new(Overlay::new(folder, settings.source.shown(), frames, true)?));
     }
     Ok(sinks)
 }
@@ -89,22 +103,12 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         program: "apgstmd",
         version: env!("CARGO_PKG_VERSION"),
         command: "run",
-        input: Input {
-            path: settings.input.display().to_string(),
-            pictures: settings.source.count(),
-            start: settings.selection.start,
-            stop: settings.selection.stop,
-            step: settings.selection.step,
-            bit_depth: settings.bit_depth,
-            scene: match &settings.source {
-                source::Input::Scene(file) => Some(file.scene()),
-                source::Input::Pictures(_) => None,
-            },
-        },
+        input: input_record(settings, report),
         size: size.into(),
         threads: settings.machine.threads,
         simd: settings.machine.level().name(),
         frames: report.frames,
+        live: report.live,
         skipped: &report.skipped,
         interrupted: report.interrupted,
         error: report.failure.as_ref().and_then(Failure::text),
@@ -116,6 +120,30 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         evaluation: None,
     };
     record.write(&folder.join(results::RUN))
+}
+
+fn input_record<'a>(settings: &'a RunSettings, report: &Report) -> Input<'a> {
+    let count = settings.source.count();
+    let span = settings.span;
+    let range = |range: &RangeInclusive<usize>| match (range.start(), range.end()) {
+        (start, end) if start == end => start.to_string(),
+        (start, end) => format!("{start}..{end}"),
+    };
+    Input {
+        path: settings.source.shown(),
+        pictures: count,
+        start: span.start.frames().or(report.first).unwrap_or(0),
+        stop: match span.stop {
+            None => count,
+            Some(Place::Frames(stop)) => stop.min(count),
+            Some(Place::Seconds(_)) => report.last.map_or(count, |last| last + 1),
+        },
+        step: span.stride(),
+        left_out: report.left_out.iter().map(range).collect::<Vec<_>>().join(","),
+        fps: settings.source.rate(),
+        bit_depth: settings.bit_depth,
+        scene: settings.source.scene(),
+    }
 }
 
 /// On stderr: stdout is for data.
@@ -151,9 +179,25 @@ fn summarise(settings: &RunSettings, report: &Report) {
             count(found.traces, "trace")
         ),
     ];
+    if let Some(live) = report.live {
+        let share = 100.0 * live.dropped as f64 / (live.dropped + report.frames).max(1) as f64;
+        lines.push(format!(
+            "live: {} dropped ({share:.0} %); rows were there {:.0} ms after their frame, at most {:.0} ms",
+            count(live.dropped, "frame"),
+            1e3 * live.delay.median,
+            1e3 * live.delay.most,
+        ));
+    }
     if !report.skipped.is_empty() {
         let first = &report.skipped[0];
         lines.push(format!("{} skipped, the first {}: {}", report.skipped.len(), first.name, first.reason));
+    }
+    if let (Some(claimed), None, false) = (settings.source.claims(), settings.span.stop, report.interrupted) {
+        lines.push(format!(
+            "warning: {} says that it has {claimed} frames, but {} came: it may have been cut short",
+            settings.source.shown(),
+            settings.source.count()
+        ));
     }
     if report.interrupted {
         lines.push("interrupted: the files are complete up to there".to_owned());

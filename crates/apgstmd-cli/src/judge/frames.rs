@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Options, Scored, TruthBox};
@@ -9,6 +10,7 @@ use serde::Deserialize;
 
 use crate::Outcome;
 use crate::failure::{Failure, reason};
+use crate::settings::parse_range;
 use crate::sink::results::RUN;
 
 /// What told how many frames there were.
@@ -147,6 +149,9 @@ struct Input {
     start: usize,
     stop: usize,
     step: usize,
+    /// Dropped live, or passed over by time.
+    #[serde(default)]
+    left_out: String,
 }
 
 impl RunFrames {
@@ -174,14 +179,17 @@ impl RunFrames {
             return Ok(None);
         }
         let record: Record = serde_json::from_value(value).map_err(|error| failed(&error.to_string()))?;
-        let Input { pictures, start, stop, step } = record.input;
-        let taken = record.frames + record.skipped.len();
-        if step == 0 || start >= stop || taken == 0 {
+        let Input { pictures, start, stop, step, left_out } = record.input;
+        if step == 0 || start >= stop || record.frames + record.skipped.len() == 0 {
             return Err(failed("it holds no frames"));
         }
+        let mut left_out = ranges(&left_out, start..stop).ok_or_else(|| failed("left_out names no frames of it"))?;
+        left_out.retain(|frame| (frame - start).is_multiple_of(step));
+        let taken = record.frames + record.skipped.len() + left_out.len();
         // A run that ended early used the first so many.
         let stop = stop.min(start.saturating_add((taken - 1).saturating_mul(step)).saturating_add(1));
         let mut skipped: Vec<usize> = record.skipped.into_iter().map(|skipped| skipped.frame).collect();
+        skipped.extend(left_out);
         skipped.sort_unstable();
         let frames = Frames { start, stop, step, skipped, origin: Origin::Run(path.to_owned()) };
         Ok(Some(Self { frames, available: pictures, ended_early: record.interrupted || record.error.is_some() }))
@@ -199,6 +207,19 @@ impl RunFrames {
             _ => Ok(()),
         }
     }
+}
+
+/// `3..5,9`, all of them inside.
+fn ranges(text: &str, inside: Range<usize>) -> Option<Vec<usize>> {
+    let mut frames = Vec::new();
+    for item in text.split(',').filter(|item| !item.is_empty()) {
+        let range = parse_range(item)?;
+        if !inside.contains(range.start()) || !inside.contains(range.end()) {
+            return None;
+        }
+        frames.extend(range);
+    }
+    Some(frames)
 }
 
 fn unusable(path: &Path, what: &str) -> Failure {

@@ -56,6 +56,26 @@ fn steps_skipped_pictures_and_early_ends() {
     assert_eq!(judged(&frames(Some(&early), None, (0, None)).unwrap()), [10, 12, 14, 16, 18]);
 }
 
+/// Frames dropped live, and those between steps in seconds.
+#[test]
+fn what_was_left_out_is_no_miss() {
+    let left_out = |text: &str, frames: usize, step: usize| {
+        run(&format!(
+            r#"{{"program": "apgstmd", "frames": {frames}, "skipped": [], "interrupted": false, "error": null,
+                "input": {{"pictures": 20, "start": 2, "stop": 14, "step": {step}, "left_out": "{text}"}}}}"#
+        ))
+    };
+    let of =
+        |text, count, step| judged(&frames(left_out(text, count, step).unwrap().as_ref(), None, (0, None)).unwrap());
+    assert_eq!(of("3..5,9", 8, 1), [2, 6, 7, 8, 10, 11, 12, 13]);
+    assert_eq!(of("4..8", 3, 2), [2, 10, 12]);
+    // It ended early: three and what lies between them.
+    assert_eq!(of("3..5", 3, 1), [2, 6, 7]);
+    for bad in ["x", "1", "13..14", "5..3..1"] {
+        assert!(left_out(bad, 3, 1).is_err(), "{bad}");
+    }
+}
+
 #[test]
 fn other_programs_may_have_a_run_json_too() {
     assert_eq!(run(r#"{"program": "other"}"#).unwrap(), None);

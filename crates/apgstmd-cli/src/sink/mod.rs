@@ -20,6 +20,8 @@ pub struct Seen {
     pub frame: usize,
     /// Its name.
     pub name: String,
+    /// Seconds since the source's beginning, where it tells.
+    pub time: Option<f64>,
     /// What went in.
     pub picture: Picture,
     /// What was found, strongest first.

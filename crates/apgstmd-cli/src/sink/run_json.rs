@@ -34,6 +34,9 @@ pub struct RunRecord<'a> {
     pub simd: &'static str,
     /// Frames processed.
     pub frames: usize,
+    /// What was dropped, and how late the rows are, where only the newest frames were computed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub live: Option<Live>,
     /// Pictures left out, and why.
     pub skipped: &'a [Skipped],
     /// The user ended it early.
@@ -58,9 +61,9 @@ pub struct RunRecord<'a> {
 /// What went in.
 #[derive(Debug, Serialize)]
 pub struct Input<'a> {
-    /// INPUT as given.
+    /// INPUT as given, but for a password.
     pub path: String,
-    /// Pictures there, or frames of the scene.
+    /// Pictures there, frames of the scene, or frames of a stream that came.
     pub pictures: usize,
     /// First used.
     pub start: usize,
@@ -68,6 +71,12 @@ pub struct Input<'a> {
     pub stop: usize,
     /// Distance between used ones.
     pub step: usize,
+    /// Of these, frames that the model was not given: dropped live, or between those that --step in seconds chose. In
+    /// the form of --dump-frames.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub left_out: String,
+    /// Frames a second, where that was known beforehand.
+    pub fps: Option<f64>,
     /// Declared bits of 16-bit samples.
     pub bit_depth: Option<u32>,
     /// The scene, where it was no pictures.
@@ -87,6 +96,31 @@ pub struct SizeRecord {
 impl From<Size> for SizeRecord {
     fn from(size: Size) -> Self {
         Self { height: size.height, width: size.width }
+    }
+}
+
+/// What `--live` did.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Live {
+    /// Frames that came while others were computed.
+    pub dropped: usize,
+    /// From when a frame was there to when its rows were written.
+    pub delay: Delay,
+}
+
+/// Seconds, over frames.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Delay {
+    /// Median.
+    pub median: f64,
+    /// Longest.
+    pub most: f64,
+}
+
+impl Delay {
+    /// Of a list of values; zero where there are none.
+    pub fn of(values: &[f64]) -> Self {
+        Self { median: Statistic::of(values).median, most: values.iter().copied().fold(0.0, f64::max) }
     }
 }
 

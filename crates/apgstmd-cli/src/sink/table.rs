@@ -12,12 +12,14 @@ use crate::Outcome;
 use crate::failure::Failure;
 
 /// Columns of the tables.
-pub const COLUMNS: [&str; 7] = ["frame", "name", "x", "y", "score", "direction_rad", "trace"];
+pub const COLUMNS: [&str; 8] = ["frame", "name", "time_s", "x", "y", "score", "direction_rad", "trace"];
 
 #[derive(Serialize)]
 struct Row<'a> {
     frame: usize,
     name: &'a str,
+    /// Empty in CSV, null in JSON where it is not known.
+    time_s: Option<f64>,
     x: f32,
     y: f32,
     score: f32,
@@ -30,12 +32,18 @@ fn rows<'a>(seen: &'a Seen) -> impl Iterator<Item = Row<'a>> {
     seen.detections.iter().map(|detection| Row {
         frame: seen.frame,
         name: &seen.name,
+        time_s: seen.time.map(microseconds),
         x: detection.x,
         y: detection.y,
         score: detection.score,
         direction_rad: Some(detection.direction).filter(|direction| !direction.is_nan()),
         trace: detection.trace,
     })
+}
+
+/// The same time told in other units, 1/30 s or ms, is to be the same number.
+fn microseconds(time: f64) -> f64 {
+    (time * 1e6).round() / 1e6
 }
 
 /// An open file or stdout, with its name for messages.

@@ -8,6 +8,9 @@ use crate::failure::{Failure, reason};
 
 /// File name endings of pictures.
 const ENDINGS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm", "ppm", "pnm"];
+/// What can be given.
+pub(super) const KINDS: &str = "INPUT is a video, a folder of pictures, a quoted pattern such as 'frames/*.png', \
+                                SCENE.toml, /dev/video0, an rtsp:// or http:// address, or - for standard input";
 const FORMATS: &str = "PNG, JPEG, TIFF, BMP, PGM and PPM are read";
 
 /// The pictures of an INPUT in natural order.
@@ -36,8 +39,7 @@ impl Listing {
         } else if let Some(pattern) = input.to_str().filter(|text| text.contains(['*', '?', '['])) {
             (fixed_part(pattern), glob_files(pattern)?)
         } else {
-            return Err(Failure::failed(format_args!("there is no folder {}", input.display()))
-                .hint("INPUT is a folder of pictures, a quoted pattern such as 'frames/*.png', or SCENE.toml"));
+            return Err(Failure::failed(format_args!("there is no file or folder {}", input.display())).hint(KINDS));
         };
         let found = candidates.len();
         let mut files: Vec<PathBuf> = candidates.into_iter().filter(|path| is_picture(path)).collect();
@@ -62,12 +64,8 @@ impl Listing {
 }
 
 fn single_file(input: &Path) -> Failure {
-    let failure = Failure::failed(format_args!("{} is a file, but INPUT must be a folder or pattern", input.display()));
-    if is_picture(input) {
-        failure.hint("motion shows only in a sequence: give the folder, or a pattern such as 'frames/*.png'")
-    } else {
-        failure.hint("take a video apart first: ffmpeg -i VIDEO -fps_mode passthrough frames/%05d.png")
-    }
+    Failure::failed(format_args!("{} is a file with one picture, but motion shows only in a sequence", input.display()))
+        .hint("give the folder, or a pattern such as 'frames/*.png'")
 }
 
 /// Whether a file is taken for a frame, by its name.

@@ -1,25 +1,35 @@
-//! Where frames come from. Folders and patterns of pictures, and scenes; video and pipes can join
-//! as further [`FrameSource`]s.
+//! Where frames come from: pictures, scenes, video and cameras through `ffmpeg`, standard input. Each is a
+//! [`FrameSource`].
 
 mod decode;
+mod ffmpeg;
 mod files;
 mod input;
 mod listing;
+mod raw;
+mod samples;
 mod scene;
 mod scene_file;
-mod selection;
+mod span;
+mod stdin;
+mod stream;
+mod y4m;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use apgstmd_core::{Frame, Size};
 use ndarray::Array3;
 
 pub use files::PictureFiles;
-pub use input::Input;
+pub use input::{Input, InputFlags};
 pub use listing::Listing;
 pub(crate) use listing::is_picture;
+pub use raw::RawFormat;
 pub use scene::SceneFrames;
 pub(crate) use scene::frame_name;
 pub use scene_file::{Overrides, SceneFile, is_scene};
-pub use selection::Selection;
+pub use span::{Place, Selection, Span};
 
 /// A stream of numbered frames. A thread of its own reads it.
 pub trait FrameSource: Send {
@@ -27,16 +37,38 @@ pub trait FrameSource: Send {
     fn expected(&self) -> Option<usize>;
     /// The next frame, readable or not; `None` at the end.
     fn next_frame(&mut self) -> Option<Arrival>;
+    /// Makes a source give up that waits for its next frame. None where reading never waits for long.
+    fn switch(&self) -> Option<Switch> {
+        None
+    }
+}
+
+/// Told once that no more frames are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Switch(Arc<AtomicBool>);
+
+impl Switch {
+    /// From now on nobody wants frames.
+    pub fn turn_off(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether that was said, or the user asked for the end.
+    pub fn is_off(&self) -> bool {
+        self.0.load(Ordering::Relaxed) || crate::interrupt::asked()
+    }
 }
 
 /// One frame as it arrives.
 pub struct Arrival {
     /// Number of the frame in its source, from 0.
     pub frame: usize,
-    /// Name in the tables: the file's name.
+    /// Name in the tables: the file's, or the source's with the frame's number.
     pub name: String,
     /// Where it came from, for messages: the file's path.
     pub origin: String,
+    /// Seconds since the source's own beginning, where it tells.
+    pub time: Option<f64>,
     /// The picture, or why there is none.
     pub picture: Result<Picture, String>,
 }

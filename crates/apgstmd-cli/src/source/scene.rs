@@ -1,5 +1,7 @@
 //! A made-up scene as a stream of frames, drawn as they are asked for.
 
+use std::vec::IntoIter;
+
 use apgstmd_core::stimulus::Renderer;
 use ndarray::Axis;
 
@@ -8,14 +10,13 @@ use super::{Arrival, FrameSource, Picture, Pixels, Selection};
 /// The frames of a renderer's scene.
 pub struct SceneFrames<'a> {
     renderer: &'a Renderer,
-    selection: Selection,
-    next: usize,
+    frames: IntoIter<usize>,
 }
 
 impl<'a> SceneFrames<'a> {
     /// Some of them.
     pub fn new(renderer: &'a Renderer, selection: Selection) -> Self {
-        Self { renderer, selection, next: selection.start }
+        Self { renderer, frames: selection.into_frames() }
     }
 }
 
@@ -26,20 +27,17 @@ pub(crate) fn frame_name(frame: usize) -> String {
 
 impl FrameSource for SceneFrames<'_> {
     fn expected(&self) -> Option<usize> {
-        Some(self.selection.frames().len())
+        Some(self.frames.len())
     }
 
     fn next_frame(&mut self) -> Option<Arrival> {
-        let frame = self.next;
-        if !self.selection.contains(frame) {
-            return None;
-        }
-        self.next += self.selection.step;
+        let frame = self.frames.next()?;
         let pixels = Pixels::F32(self.renderer.frame(frame).insert_axis(Axis(2)));
         Some(Arrival {
             frame,
             name: frame_name(frame),
             origin: format!("frame {frame} of the scene"),
+            time: Some(frame as f64 / self.renderer.scene().rate),
             picture: Ok(Picture { pixels, bits: None }),
         })
     }

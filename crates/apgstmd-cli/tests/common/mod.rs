@@ -77,6 +77,50 @@ pub fn command() -> Command {
     Command::new(env!("CARGO_BIN_EXE_apgstmd"))
 }
 
+/// The system's ffmpeg, which these tests need.
+#[track_caller]
+pub fn ffmpeg<I: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = I>) -> Vec<u8> {
+    let output = Command::new("ffmpeg")
+        .args(["-nostdin", "-hide_banner", "-loglevel", "error", "-y"])
+        .args(arguments)
+        .output()
+        .expect("these tests need ffmpeg: apt-get install ffmpeg");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+/// The pictures of [`folder`] as a video at 30 frames a second, made with these further words.
+#[track_caller]
+pub fn video(frames: &Path, words: &str, to: &Path) {
+    let mut arguments: Vec<std::ffi::OsString> =
+        ["-framerate", "30", "-start_number", "0", "-i"].map(Into::into).into();
+    arguments.push(frames.join("f_%d.png").into());
+    arguments.extend(words.split_whitespace().map(Into::into));
+    let mut name = std::ffi::OsString::from("file:");
+    name.push(to);
+    arguments.push(name);
+    ffmpeg(arguments);
+}
+
+/// Runs the program with `bytes` on its standard input.
+pub fn piped(line: &str, bytes: &[u8], out: &Path) -> Ran {
+    use std::io::Write;
+    use std::process::Stdio;
+    let mut child = command()
+        .args(line.split_whitespace().map(|word| word.replace("{out}", &out.display().to_string())))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    std::thread::scope(|scope| {
+        // A program that has enough closes its end.
+        scope.spawn(move || drop(stdin.write_all(bytes)));
+        child.wait_with_output().unwrap().into()
+    })
+}
+
 /// Runs the program with arguments separated by blanks; `{in}` and `{out}` stand for the two paths.
 pub fn apgstmd(line: &str, input: &Path, out: &Path) -> Ran {
     let put =
@@ -95,6 +139,8 @@ pub fn results() -> (TempDir, PathBuf) {
 pub struct Row {
     pub frame: usize,
     pub name: String,
+    /// Seconds, where they are known.
+    pub time: Option<f64>,
     pub x: f64,
     pub y: f64,
     pub score: f64,
@@ -106,19 +152,20 @@ pub fn csv_rows(path: &Path) -> Vec<Row> {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.ends_with('\n'), "the last row is complete");
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("frame,name,x,y,score,direction_rad,trace"));
+    assert_eq!(lines.next(), Some("frame,name,time_s,x,y,score,direction_rad,trace"));
     let rows = lines.map(|line| {
         let cells: Vec<&str> = line.split(',').collect();
-        assert_eq!(cells.len(), 7, "{line}");
+        assert_eq!(cells.len(), 8, "{line}");
         Row {
             frame: cells[0].parse().unwrap(),
             name: cells[1].to_owned(),
-            x: cells[2].parse().unwrap(),
-            y: cells[3].parse().unwrap(),
-            score: cells[4].parse().unwrap(),
+            time: (!cells[2].is_empty()).then(|| cells[2].parse().unwrap()),
+            x: cells[3].parse().unwrap(),
+            y: cells[4].parse().unwrap(),
+            score: cells[5].parse().unwrap(),
             // Empty where the model has no directions.
-            direction: if cells[5].is_empty() { f64::NAN } else { cells[5].parse().unwrap() },
-            trace: cells[6].parse().unwrap(),
+            direction: if cells[6].is_empty() { f64::NAN } else { cells[6].parse().unwrap() },
+            trace: cells[7].parse().unwrap(),
         }
     });
     rows.collect()

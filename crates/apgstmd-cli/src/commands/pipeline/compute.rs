@@ -1,5 +1,6 @@
 //! The model over what was read, in blocks of what is there: a block gives the same bits as its frames one by one.
 
+use std::ops::RangeInclusive;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,8 @@ pub(super) struct Computed {
     pub compute: Duration,
     /// Copying the inner maps that are to be written.
     pub copy: Duration,
+    /// When its picture was there.
+    pub came: Instant,
 }
 
 /// What became of the frames that left no result.
@@ -31,6 +34,24 @@ pub(super) struct Computed {
 pub(super) struct Left {
     pub skipped: Vec<Skipped>,
     pub interrupted: bool,
+    /// Live: those dropped.
+    pub dropped: Option<usize>,
+    /// The first and last frame that came, and those between that did not, as ranges.
+    pub first: Option<usize>,
+    pub last: Option<usize>,
+    pub left_out: Vec<RangeInclusive<usize>>,
+}
+
+impl Left {
+    /// A frame comes; those between it and the last one, `stride` apart, were left out.
+    fn came(&mut self, frame: usize, stride: usize) {
+        self.first.get_or_insert(frame);
+        if let Some(last) = self.last.replace(frame)
+            && frame > last + stride
+        {
+            self.left_out.push(last + stride..=frame - stride);
+        }
+    }
 }
 
 /// The receiver of results has gone, with an error of its own.
@@ -67,8 +88,10 @@ struct Accepted {
     frame: usize,
     name: String,
     origin: String,
+    time: Option<f64>,
     picture: Picture,
     decode: Duration,
+    came: Instant,
 }
 
 pub(super) struct Compute<'a> {
@@ -90,6 +113,7 @@ impl<'a> Compute<'a> {
             Ok(()) | Err(End::Gone) => Ok(()),
             Err(End::Failed(failure)) => Err(failure),
         };
+        self.left.dropped = ahead.dropped();
         (self.left, outcome)
     }
 
@@ -99,7 +123,10 @@ impl<'a> Compute<'a> {
                 self.left.interrupted = true;
                 return Ok(());
             }
-            let Some(read) = ahead.next() else { return Ok(()) };
+            let Some(read) = ahead.next() else {
+                self.left.interrupted = interrupt::asked();
+                return Ok(());
+            };
             let mut block = Vec::new();
             self.take(read, &mut block)?;
             let most = self.model.as_ref().map_or(1, |model| model.responses.len());
@@ -114,13 +141,14 @@ impl<'a> Compute<'a> {
 
     /// Adds a picture to the block. One that cannot be used comes after those before it have been computed.
     fn take(&mut self, read: Read, block: &mut Vec<Accepted>) -> Result<(), End> {
-        let Read { arrival: Arrival { frame, name, origin, picture }, spent } = read;
+        let Read { arrival: Arrival { frame, name, origin, time, picture }, spent, came } = read;
+        self.left.came(frame, self.options.stride);
         match picture.and_then(|picture| self.fits(&picture).map(|()| picture)) {
             Ok(picture) => {
                 if self.model.is_none() {
                     self.model = Some(self.make(&picture, &origin)?);
                 }
-                block.push(Accepted { frame, name, origin, picture, decode: spent });
+                block.push(Accepted { frame, name, origin, time, picture, decode: spent, came });
                 Ok(())
             }
             Err(reason) => {
@@ -158,8 +186,9 @@ impl<'a> Compute<'a> {
         let detector = new_detector(picture, origin, self.options)?;
         let response = detector.make_response();
         let bytes = picture.bytes() + size_of_val(&response.map[[0, 0]]) * 2 * response.map.len();
-        // Only the last frame of a block can be looked into.
-        let most = if self.options.dump.is_some() { 1 } else { detector.block_len().min(room(bytes)) };
+        // Only the last frame of a block can be looked into, and live nothing may wait for others.
+        let most =
+            if self.options.dump.is_some() || self.options.live { 1 } else { detector.block_len().min(room(bytes)) };
         Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector })
     }
 
@@ -186,15 +215,15 @@ impl<'a> Compute<'a> {
 
     fn send(&self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
         let Some(Model { detector, responses, .. }) = &self.model else { return Ok(()) };
-        let Accepted { frame, name, picture, decode, .. } = accepted;
+        let Accepted { frame, name, time, picture, decode, came, .. } = accepted;
         let begin = Instant::now();
         let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));
         let copied = wanted.iter().map(|&stage| Ok((stage, detector.probe().stage(stage).map_err(Failure::failed)?)));
         let maps = copied.collect::<Outcome<Vec<_>>>()?;
         let copy = begin.elapsed();
-        let seen = Seen { frame, name, picture, detections: responses[index].detections.clone(), maps };
+        let seen = Seen { frame, name, time, picture, detections: responses[index].detections.clone(), maps };
         self.bar.inc(1);
-        let computed = Computed { seen, size: detector.size(), decode, compute, copy };
+        let computed = Computed { seen, size: detector.size(), decode, compute, copy, came };
         Ok(self.results.send(computed).map_err(|_| Gone)?)
     }
 }

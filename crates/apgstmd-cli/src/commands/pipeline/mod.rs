@@ -3,8 +3,10 @@
 
 mod ahead;
 mod compute;
+mod latest;
 
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::{self, Builder};
@@ -14,16 +16,16 @@ use apgstmd_core::{Machine, Params, Size};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use self::ahead::ReadAhead;
-use self::compute::{Compute, Computed, Left};
+use self::compute::{Compute, Computed};
 use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::{Failure, reason};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
-use crate::sink::run_json::{Busy, Found, Skipped, Statistic, Timing};
+use crate::sink::run_json::{Busy, Delay, Found, Live, Skipped, Statistic, Timing};
 use crate::source::FrameSource;
 
-/// Computed frames that may wait for the sinks.
+/// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
 const WAITING: usize = 2;
 
 /// How to drive.
@@ -34,6 +36,10 @@ pub(super) struct Options<'a> {
     /// Inner maps that the sinks will write.
     pub dump: Option<&'a DumpSettings>,
     pub quiet: bool,
+    /// Only the newest frame is computed, the others are dropped.
+    pub live: bool,
+    /// Frames between used ones are no gaps.
+    pub stride: usize,
 }
 
 /// What happened. `size` is there once a first frame was accepted, and with it the sinks.
@@ -46,6 +52,16 @@ pub(super) struct Report {
     pub interrupted: bool,
     pub failure: Option<Failure>,
     pub wall: Duration,
+    /// First frame that came.
+    pub first: Option<usize>,
+    /// Last one.
+    pub last: Option<usize>,
+    /// Frames after it that were not given to the model.
+    pub left_out: Vec<RangeInclusive<usize>>,
+    /// Live.
+    pub live: Option<Live>,
+    /// The source ended, and none of its frames was used.
+    pub empty: bool,
     readers: usize,
     decode: Vec<f64>,
     compute: Vec<f64>,
@@ -95,6 +111,7 @@ pub(super) fn drive<'s>(
     report.wall = begin.elapsed();
     bar.finish_and_clear();
     if outcome.is_ok() && report.frames == 0 && !report.interrupted {
+        report.empty = report.skipped.is_empty();
         outcome = Err(nothing_usable(&report.skipped));
     }
     report.failure = outcome.err();
@@ -110,18 +127,24 @@ fn feed<'s>(
     bar: &ProgressBar,
 ) -> Outcome {
     thread::scope(|scope| {
-        let ahead = ReadAhead::start(scope, sources)?;
-        let (sender, results) = sync_channel(WAITING);
+        let start = if options.live { ReadAhead::start_live } else { ReadAhead::start };
+        let ahead = start(scope, sources)?;
+        let (sender, results) = sync_channel(if options.live { 0 } else { WAITING });
         let compute = Compute::new(options, bar, sender);
         let computing = Builder::new()
             .name("apgstmd-compute".to_owned())
             .spawn_scoped(scope, move || compute.run(ahead))
             .map_err(|error| Failure::failed(format_args!("cannot start a thread: {}", reason(&error))))?;
-        let written = write(results, open, sinks, report, bar);
+        let mut delays = Vec::new();
+        let written = write(results, open, sinks, report, bar, &mut delays);
         // Whoever still waits to hand something on has been told by now.
-        let (Left { skipped, interrupted }, computed) = computing.join().unwrap_or_else(|panic| resume_unwind(panic));
-        report.skipped = skipped;
-        report.interrupted = interrupted;
+        let (left, computed) = computing.join().unwrap_or_else(|panic| resume_unwind(panic));
+        report.skipped = left.skipped;
+        report.interrupted = left.interrupted;
+        report.first = left.first;
+        report.last = left.last;
+        report.left_out = left.left_out;
+        report.live = left.dropped.map(|dropped| Live { dropped, delay: Delay::of(&delays) });
         // What failed to be written came before what failed to be computed.
         written.and(computed)
     })
@@ -133,10 +156,11 @@ fn write<'s>(
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
     bar: &ProgressBar,
+    delays: &mut Vec<f64>,
 ) -> Outcome {
     let mut open = Some(open);
     let mut traces = HashSet::new();
-    for Computed { seen, size, decode, compute, copy } in results {
+    for Computed { seen, size, decode, compute, copy, came } in results {
         let begin = Instant::now();
         if let Some(open) = open.take() {
             *sinks = open()?;
@@ -145,6 +169,7 @@ fn write<'s>(
         for sink in sinks.iter_mut() {
             sink.frame(&seen)?;
         }
+        delays.push(came.elapsed().as_secs_f64());
         report.decode.push(decode.as_secs_f64());
         report.compute.push(compute.as_secs_f64());
         report.write.push((copy + begin.elapsed()).as_secs_f64());
@@ -185,4 +210,110 @@ pub(in crate::commands) fn progress_bar(expected: Option<usize>, quiet: bool) ->
         None => (ProgressBar::new_spinner(), "{spinner} {pos} frames, {per_sec}  {msg}"),
     };
     bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::sink::Seen;
+    use crate::source::{Arrival, Picture, Pixels};
+
+    /// A camera: a frame each `interval`, whether anybody is ready or not.
+    struct Camera {
+        next: usize,
+        frames: usize,
+        interval: Duration,
+        begin: Option<Instant>,
+        taken: Arc<Mutex<Vec<Instant>>>,
+    }
+
+    impl FrameSource for Camera {
+        fn expected(&self) -> Option<usize> {
+            None
+        }
+
+        fn next_frame(&mut self) -> Option<Arrival> {
+            let frame = self.next;
+            self.next += 1;
+            let begin = *self.begin.get_or_insert_with(Instant::now);
+            thread::sleep((self.interval * frame as u32).saturating_sub(begin.elapsed()));
+            self.taken.lock().unwrap().push(Instant::now());
+            let pixels = Pixels::U8(ndarray::Array3::from_elem((32, 32, 1), frame as u8));
+            let picture = Ok(Picture { pixels, bits: None });
+            let arrival = Arrival { frame, name: String::new(), origin: String::new(), time: None, picture };
+            (frame < self.frames).then_some(arrival)
+        }
+    }
+
+    /// Takes long, and notes how late each frame is when it is done.
+    struct Slow {
+        work: Duration,
+        taken: Arc<Mutex<Vec<Instant>>>,
+        late: Arc<Mutex<Vec<(usize, Duration)>>>,
+    }
+
+    impl Sink for Slow {
+        fn frame(&mut self, seen: &Seen) -> Outcome {
+            thread::sleep(self.work);
+            let taken = self.taken.lock().unwrap()[seen.frame];
+            self.late.lock().unwrap().push((seen.frame, taken.elapsed()));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn live_frames_are_new_and_the_rest_is_counted() {
+        const FRAMES: usize = 200;
+        let (interval, work) = (Duration::from_millis(5), Duration::from_millis(40));
+        let taken = Arc::new(Mutex::new(Vec::new()));
+        let late = Arc::new(Mutex::new(Vec::new()));
+        let camera = Camera { next: 0, frames: FRAMES, interval, begin: None, taken: Arc::clone(&taken) };
+        let params = Params::default();
+        let options = Options {
+            params: &params,
+            machine: Machine::with_threads(1),
+            on_error: OnError::Stop,
+            dump: None,
+            quiet: true,
+            live: true,
+            stride: 1,
+        };
+        let sink = Slow { work, taken, late: Arc::clone(&late) };
+        let report = drive(vec![Box::new(camera)], &options, || Ok(vec![Box::new(sink) as Box<dyn Sink>]));
+        assert!(report.failure.is_none() && !report.interrupted);
+        let late = late.lock().unwrap();
+        let live = report.live.unwrap();
+        assert_eq!((late.len(), report.frames + live.dropped), (report.frames, FRAMES));
+        let left_out: usize = report.left_out.iter().map(|range| range.end() - range.start() + 1).sum();
+        assert_eq!(left_out, live.dropped);
+        assert!(live.dropped > FRAMES / 2, "{} dropped", live.dropped);
+        assert_eq!((late[0].0, late[late.len() - 1].0), (0, FRAMES - 1), "the last one is the newest there is");
+        // One is written while one waits, computed, for that: two works. The rest is room for a busy machine.
+        let most = late.iter().map(|(_, delay)| *delay).max().unwrap();
+        assert!(most > work && most < 2 * work + Duration::from_millis(200), "{most:?}");
+        let told = live.delay.most;
+        assert!((told - most.as_secs_f64()).abs() < 0.05, "{told} {most:?}");
+    }
+
+    #[test]
+    fn a_fast_machine_drops_nothing() {
+        let taken = Arc::new(Mutex::new(Vec::new()));
+        let interval = Duration::from_millis(20);
+        let camera = Camera { next: 0, frames: 15, interval, begin: None, taken };
+        let params = Params::default();
+        let options = Options {
+            params: &params,
+            machine: Machine::with_threads(1),
+            on_error: OnError::Stop,
+            dump: None,
+            quiet: true,
+            live: false,
+            stride: 1,
+        };
+        let report = drive(vec![Box::new(camera)], &options, || Ok(Vec::new()));
+        assert_eq!((report.frames, report.left_out.len()), (15, 0));
+        assert!(report.live.is_none());
+    }
 }

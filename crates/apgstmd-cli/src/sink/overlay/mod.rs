@@ -37,7 +37,7 @@ pub struct Overlay {
     frames: Option<PathBuf>,
     strip: PathBuf,
     title: String,
-    wanted: VecDeque<usize>,
+    choice: Choice,
     tiles: Vec<Canvas>,
     tone: Option<Tone>,
     trails: Trails,
@@ -48,12 +48,12 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// `frames` are those that will come: the strip shows twelve of them, evenly spaced. `each` asks for a picture of
-    /// every frame besides.
+    /// `frames` are those that will come, where that is known: the strip shows twelve of them, evenly spaced. `each`
+    /// asks for a picture of every frame besides.
     ///
     /// # Errors
     /// The folder cannot be made.
-    pub fn new(folder: &Path, title: String, frames: &[usize], each: bool) -> Outcome<Self> {
+    pub fn new(folder: &Path, title: String, frames: Option<&[usize]>, each: bool) -> Outcome<Self> {
         let pictures = folder.join(OVERLAY);
         if each {
             fs::create_dir_all(&pictures).map_err(|error| Failure::write(&pictures, error))?;
@@ -62,7 +62,10 @@ impl Overlay {
             frames: each.then_some(pictures),
             strip: folder.join(STRIP),
             title,
-            wanted: evenly_spaced(frames, TILES),
+            choice: match frames {
+                Some(frames) => Choice::Known(evenly_spaced(frames, TILES)),
+                None => Choice::Thinned { every: 1 },
+            },
             tiles: Vec::new(),
             tone: None,
             trails: Trails::default(),
@@ -82,7 +85,7 @@ impl Sink for Overlay {
         let (clear, faint): (Vec<_>, Vec<_>) =
             seen.detections.iter().copied().partition(|d| d.score >= FAINT_BELOW * self.strongest);
         self.trails.add(seen.frame, &clear);
-        let on_strip = self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted);
+        let on_strip = self.choice.takes(seen.frame, self.count - 1);
         if self.frames.is_none() && !on_strip {
             return Ok(());
         }
@@ -102,10 +105,8 @@ impl Sink for Overlay {
             save(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
         }
         if on_strip {
-            while self.wanted.front().is_some_and(|wanted| seen.frame >= *wanted) {
-                self.wanted.pop_front();
-            }
             self.tiles.push(annotate(&scene, tile_scale(size)));
+            self.choice.thin(&mut self.tiles);
         }
         Ok(())
     }
@@ -115,8 +116,45 @@ impl Sink for Overlay {
             return Ok(());
         }
         let title = format!("{}   {} frames, {} detections", self.title, self.count, self.detections);
-        let sheet = strip::assemble(&self.tiles, &title);
+        let shown: Vec<usize> = (0..self.tiles.len()).collect();
+        let tiles: Vec<&Canvas> = evenly_spaced(&shown, TILES).into_iter().map(|tile| &self.tiles[tile]).collect();
+        let sheet = strip::assemble(&tiles, &title);
         save(&self.strip, &sheet).map_err(|error| Failure::write(&self.strip, error))
+    }
+}
+
+/// Which frames come onto the strip.
+enum Choice {
+    /// These, or those that come next after them.
+    Known(VecDeque<usize>),
+    /// How many will come shows only at the end: every so-manieth, and half of them each time that there are too many.
+    Thinned { every: usize },
+}
+
+impl Choice {
+    /// Whether to take a frame, before which `count` came.
+    fn takes(&mut self, frame: usize, count: usize) -> bool {
+        match self {
+            Self::Thinned { every } => count.is_multiple_of(*every),
+            Self::Known(wanted) => {
+                let passed = wanted.iter().take_while(|wanted| frame >= **wanted).count();
+                wanted.drain(..passed);
+                passed > 0
+            }
+        }
+    }
+
+    fn thin<T>(&mut self, tiles: &mut Vec<T>) {
+        if let Self::Thinned { every } = self
+            && tiles.len() == 4 * TILES
+        {
+            *every *= 2;
+            let mut index = 0;
+            tiles.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+        }
     }
 }
 
@@ -161,6 +199,25 @@ mod tests {
         let tiles = evenly_spaced(&frames, TILES);
         assert_eq!((tiles.len(), tiles[0], tiles[11]), (12, 15, 125));
         assert_eq!(evenly_spaced(&frames[..5], TILES), [10, 11, 12, 13, 14]);
+    }
+
+    #[test]
+    fn a_strip_of_unknown_length() {
+        for frames in [1, 5, 12, 13, 47, 48, 49, 500, 2000] {
+            let mut choice = Choice::Thinned { every: 1 };
+            let mut tiles = Vec::new();
+            for frame in 0..frames {
+                if choice.takes(frame, frame) {
+                    tiles.push(frame);
+                    choice.thin(&mut tiles);
+                }
+            }
+            let shown = evenly_spaced(&tiles, TILES);
+            assert_eq!(shown.len(), frames.min(TILES), "{frames}");
+            let steps: Vec<usize> = shown.iter().zip(shown.iter().skip(1)).map(|(a, b)| b - a).collect();
+            let (least, most) = (steps.iter().min().unwrap_or(&1), steps.iter().max().unwrap_or(&1));
+            assert!(*most <= 2 * least && frames - shown[shown.len() - 1] <= 2 * most, "{frames}: {shown:?}");
+        }
     }
 
     #[test]

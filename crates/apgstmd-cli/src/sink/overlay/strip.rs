@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, FAINT, INK};
 
 /// Puts tiles of one size into a grid with a title line.
-pub(super) fn assemble(tiles: &[Canvas], title: &str) -> Canvas {
+pub(super) fn assemble(tiles: &[&Canvas], title: &str) -> Canvas {
     let Some(first) = tiles.first() else { return Canvas::new(1, 1) };
     let (width, height) = (first.width(), first.height());
     let columns = columns(tiles.len(), width, height);
