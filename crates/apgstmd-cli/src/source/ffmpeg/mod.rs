@@ -67,11 +67,11 @@ impl Video {
         let mut arguments: Vec<OsString> = Vec::new();
         let mut add = |words: &[&str]| arguments.extend(words.iter().map(OsString::from));
         add(&["-hide_banner", "-nostdin", "-nostats", "-loglevel", "repeat+level+info"]);
+        add(&["-fflags", "+discardcorrupt"]);
         if live {
-            // Decoding by one thread a frame would hold back as many frames as there are threads.
-            add(&["-fflags", "+nobuffer+discardcorrupt", "-flags", "low_delay"]);
-        } else {
-            add(&["-fflags", "+discardcorrupt"]);
+            // Decoding by one thread a frame would hold back as many frames as there are threads. The usual `nobuffer` and
+            // `low_delay` are no remedy: they lose what comes before the second key frame, and the order of B-frames.
+            add(&["-thread_type", "slice"]);
         }
         if live && matches!(self.location, Location::File(_)) {
             add(&["-re"]);
