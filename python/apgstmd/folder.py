@@ -1,4 +1,4 @@
-"""A whole folder of pictures at once: the command line's `run`, in this process."""
+"""Whole folders, videos and streams: the command line's `run`, in this process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .results import RunDetections
 from .scene import Scene
 
 _OPTIONS = (
-    *("out", "start", "stop", "step", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
     *("dump", "dump_frames", "dump_dir", "progress"),
 )
 
@@ -28,7 +28,7 @@ _OPTIONS = (
 class Run:
     """What a folder showed.
 
-    detections: all of them, with the columns frame and name. frames: how many were processed. out: the folder with the
+    detections: all of them, with the columns frame, name and time. frames: how many were processed. out: the folder with the
     results, None where none was asked for. summary: the content of run.json (parameters, timing, what was skipped).
     """
 
@@ -53,9 +53,11 @@ def run(
     localise: Localise | None = None,
     threshold: float | None = None,
     params: ParamFile | None = None,
-    start: int | None = None,
-    stop: int | None = None,
-    step: int | None = None,
+    start: int | str | None = None,
+    stop: int | str | None = None,
+    step: int | str | None = None,
+    fps: float | None = None,
+    live: bool | None = None,
     bit_depth: int | None = None,
     on_error: Literal["stop", "skip"] = "stop",
     threads: int | None = None,
@@ -68,15 +70,18 @@ def run(
     progress: bool = False,
     **parameters: Unpack[Parameters],
 ) -> Run:
-    """Detects targets in a folder or pattern of pictures, or in a scene, as `apgstmd run` does.
+    """Detects targets in pictures, a video, a camera, a stream or a scene, as `apgstmd run` does.
 
     Parameters
     ----------
-    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; or a
-        scene, as a file "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
+    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; a video
+        file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
+        "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
     out : folder for detections.csv, run.json and what else is asked for; without it nothing is kept on disk.
     model, preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
-    start, stop, step : which pictures, counted from 0, `stop` not included.
+    start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
+    fps : frames a second of pictures, or in place of the wrong rate of a video.
+    live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
     bit_depth : significant bits of 16-bit samples, 9 to 16.
     on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
     threads : 1 to 256, all cores by default. The numbers do not depend on it.
@@ -95,14 +100,17 @@ def run(
     """
     text = resolve(model, preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
     path = None if isinstance(input, Scene) else os.fspath(input)
-    if path is not None and not os.path.exists(path) and not any(mark in path for mark in "*?[%{"):
-        raise FileNotFoundError(f"there is no folder of pictures {path!r}")
+    elsewhere = path is not None and ("://" in path or path == "-" or any(mark in path for mark in "*?[%{"))
+    if path is not None and not elsewhere and not os.path.exists(path):
+        raise FileNotFoundError(f"there is no file or folder {path!r}")
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
     options: dict[str, object] = {
-        "start": whole("start", start, 0, 2**63 - 1),
-        "stop": whole("stop", stop, 0, 2**63 - 1),
-        "step": whole("step", step, 1, 2**63 - 1),
+        "start": _place("start", start, 0),
+        "stop": _place("stop", stop, 0),
+        "step": _place("step", step, 1),
+        "fps": fps,
+        "live": None if live is None else "yes" if live else "no",
         "bit-depth": whole("bit_depth", bit_depth, 1, 16),
         "on-error": on_error,
         "threads": whole("threads", threads, 1, 256),
@@ -134,6 +142,10 @@ def run(
     return Run(detections, summary["frames"], None if out is None else results, summary)
 
 
+def _place(name: str, place: int | str | None, least: int) -> int | str | None:
+    return place if isinstance(place, str) else whole(name, place, least, 2**63 - 1)
+
+
 def _frames(frames: str | Iterable[int] | None) -> str | None:
     return frames if frames is None or isinstance(frames, str) else ",".join(map(str, frames))
 
@@ -149,6 +161,7 @@ def _read_table(path: Path) -> RunDetections:
     return RunDetections(
         frame=column("frame", np.int64),
         name=column("name", np.str_),
+        time=column("time_s", np.float64),
         x=column("x", np.float32),
         y=column("y", np.float32),
         score=column("score", np.float32),

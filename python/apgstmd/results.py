@@ -102,10 +102,13 @@ class Detections(Table):
 
 
 class RunDetection(NamedTuple):
-    """One target in one frame of a folder: `frame` is its number, `name` its file; the rest as in `Detection`."""
+    """One target in one frame: `frame` is its number, `name` its file, `time` its seconds, NaN where nothing tells; the
+    rest as in `Detection`.
+    """
 
     frame: int
     name: str
+    time: float
     x: float
     y: float
     score: float
@@ -114,14 +117,15 @@ class RunDetection(NamedTuple):
 
 
 class RunDetections(Detections):
-    """As `Detections` over all frames of a folder, with the columns frame (int64) and name (str) before the others."""
+    """As `Detections` over all frames, with the columns frame (int64), name (str) and time (float64) before the others."""
 
-    __slots__ = ("frame", "name")
-    names = ("frame", "name", *Detections.names)
+    __slots__ = ("frame", "name", "time")
+    names = ("frame", "name", "time", *Detections.names)
     row = RunDetection
 
     frame: NDArray[np.int64]
     name: NDArray[np.str_]
+    time: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,10 +39,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ids=["practical", "paper", "keyword", "dict"],
 )
 def test_a_folder_is_a_loop_over_a_detector(folder: Path, options: dict[str, Any]) -> None:
-    found = apgstmd.run(folder, **options)
+    found = apgstmd.run(folder, fps=8, **options)
     detector = apgstmd.Detector((HEIGHT, WIDTH), **options)
     rows = [
-        apgstmd.RunDetection(t, f"f{t}.png", *row)
+        apgstmd.RunDetection(t, f"f{t}.png", t / 8, *row)
         for t, frame in enumerate(FRAMES)
         for row in detector.process(frame).detections
     ]
@@ -81,10 +81,27 @@ def test_part_of_a_folder(folder: Path) -> None:
     assert apgstmd.run(folder / "f1*.png").frames == 11
 
 
+def test_a_video(folder: Path, tmp_path: Path) -> None:
+    clip = tmp_path / "clip.avi"
+    pictures = ["-framerate", "8", "-start_number", "0", "-i", str(folder / "f%d.png")]
+    subprocess.run(["ffmpeg", "-loglevel", "error", *pictures, "-pix_fmt", "gray", "-c:v", "ffv1", str(clip)], check=True)
+    found = apgstmd.run(clip, speed=1.0, rejection="off", start="1s", stop=30)
+    expected = apgstmd.run(folder, speed=1.0, rejection="off", start=8, stop="3.75s", fps=8)
+    assert (found.frames, expected.frames) == (22, 22)
+    assert len(found.detections) > 10
+    for name, column in found.detections.columns.items():
+        assert name == "name" or np.array_equal(column, expected.detections.columns[name])
+    assert np.isnan(apgstmd.run(folder, speed=1.0, rejection="off").detections.time).all()
+    with pytest.raises(RuntimeError, match=r"rtsp://127.0.0.1:9/x"):
+        apgstmd.run("rtsp://127.0.0.1:9/x", live=False)
+    with pytest.raises(ValueError, match="2.5x"):
+        apgstmd.run(clip, start="2.5x")
+
+
 def test_the_table(folder: Path) -> None:
     found = apgstmd.run(str(folder), speed=1.0, rejection="off").detections
     assert found.frame.dtype == np.int64 and found.trace.dtype == np.int64 and found.x.dtype == np.float32
-    assert list(found.columns) == ["frame", "name", "x", "y", "score", "direction", "trace"]
+    assert list(found.columns) == ["frame", "name", "time", "x", "y", "score", "direction", "trace"]
     last = found[found.frame == 39]
     assert last[0].name == "f39.png" and last[0].frame == 39
     assert len(apgstmd.run(folder, stop=1).detections) == 0

@@ -98,8 +98,8 @@ def test_run_draws_it_on_the_way(tmp_path: Path) -> None:
     scene = small()
     found = apgstmd.run(scene, speed=1.0)
     detector = apgstmd.Detector(scene.shape, speed=1.0)
-    rows = [(t, *row) for t, frame in enumerate(scene) for row in detector.process(frame).detections]
-    assert [(row.frame, *row[2:]) for row in found.detections] == rows
+    rows = [(t, t / 100, *row) for t, frame in enumerate(scene) for row in detector.process(frame).detections]
+    assert [(row.frame, row.time, *row[3:]) for row in found.detections] == rows
     assert rows
     assert found.summary["input"]["scene"]["width"] == 96
 
