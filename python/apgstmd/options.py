@@ -87,6 +87,19 @@ class Parameters(TypedDict, total=False):
     detection_max_peaks: int
     detection_peak_radius: int
     detection_localise: Localise
+    tracking_birth_hits: int
+    tracking_birth_window: int
+    tracking_birth_score: float
+    tracking_coast: int
+    tracking_gate: float
+    tracking_gate_limit: float
+    tracking_noise: float
+    tracking_acceleration: float
+    tracking_velocity_spread: float
+    tracking_direction_weight: float
+    tracking_trace_weight: float
+    tracking_guide: bool
+    tracking_guide_noise: float
     engine_temporal: Literal["cascade", "fir"]
 
 

@@ -11,9 +11,12 @@
 //!                                                  +- prediction -> memorizer
 //! ```
 //!
+//! What it finds in each frame becomes tracks in a [`Tracker`].
+//!
 //! Start at [`Detector`]; [`Params`] holds every constant, [`Probe`] shows every inner map.
 #![deny(missing_docs)]
 
+mod assignment;
 mod detection;
 mod detector;
 mod direction;
@@ -32,6 +35,7 @@ mod stage;
 pub mod stimulus;
 mod tiles;
 mod timing;
+pub mod tracking;
 
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
@@ -42,6 +46,7 @@ pub use params::{Model, Params, Preset, UnknownModel};
 pub use probe::{MissingStage, Probe, Stage, UnknownStage};
 pub use row::machine::{Machine, SimdLevel, UnknownSimdLevel};
 pub use timing::Timing;
+pub use tracking::Tracker;
 
 /// Preferred directions of the lobula: k pi / 4, counter-clockwise on the screen.
 pub const DIRECTIONS: usize = 8;

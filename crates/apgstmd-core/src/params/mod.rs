@@ -297,6 +297,40 @@ stage_params! {
 }
 
 stage_params! {
+    /// From detections to tracks: a constant-velocity Kalman filter a track, relative to the moving background.
+    TrackingParams in "tracking" {
+        /// Detections that make a track, within birth_window frames from the first of them on.
+        birth_hits: u32 = 3, Between(1, 1000);
+        /// Frames within which a track must have them, or it ends.
+        birth_window: u32 = 5, Between(1, 1000);
+        /// Least score of a detection that begins a track. Weaker ones only continue tracks.
+        birth_score: f64 = 0.0, Between(0.0, 1e12);
+        /// Frames in a row that a track lives on without a detection, and never more than it had detections.
+        coast: u32 = 30, Between(0, 10_000);
+        /// Farthest a detection may lie from where a track is expected, standard deviations of that distance.
+        gate: f64 = 3.5, Between(0.5, 10.0);
+        /// Farthest it may lie however uncertain the track is, px.
+        gate_limit: f64 = 24.0, Between(1.0, 1000.0);
+        /// Standard deviation of a detection's place along each axis, px.
+        noise: f64 = 1.0, Between(0.1, 32.0);
+        /// Standard deviation of the change of velocity from frame to frame, as a share of v_opt.
+        acceleration: f64 = 0.1, Between(0.0, 10.0);
+        /// Standard deviation of the velocity at a first detection around v_opt in its direction, as a share of v_opt.
+        velocity_spread: f64 = 1.0, Between(0.01, 10.0);
+        /// How much the direction of a detection counts: this times 1 - cos of its angle to the track is added to the
+        /// squared distance in standard deviations.
+        direction_weight: f64 = 1.0, Between(0.0, 100.0);
+        /// How much it counts that the detector linked a detection to the last one of a track: this is taken off the
+        /// squared distance in standard deviations.
+        trace_weight: f64 = 2.0, Between(0.0, 100.0);
+        /// Whether a track without a detection follows the maximum of the response near where it is expected.
+        guide: bool = true, Any("true or false");
+        /// Standard deviation of the place of such a maximum along each axis, px.
+        guide_noise: f64 = 3.0, Between(0.1, 100.0);
+    }
+}
+
+stage_params! {
     /// How the numbers are computed; changes speed and rounding only.
     EngineParams in "engine" {
         /// "cascade": recursive gamma filters; "fir": weighted sums over past frames, the slow reference.
@@ -341,6 +375,8 @@ pub struct Params {
     pub prediction: PredictionParams,
     /// Detections.
     pub detection: DetectionParams,
+    /// Tracks.
+    pub tracking: TrackingParams,
     /// Engine.
     pub engine: EngineParams,
 }
@@ -422,6 +458,7 @@ impl Params {
             RejectionParams::FIELDS,
             PredictionParams::FIELDS,
             DetectionParams::FIELDS,
+            TrackingParams::FIELDS,
             EngineParams::FIELDS,
         ]
         .into_iter()
@@ -444,6 +481,7 @@ impl Params {
         self.rejection.check_ranges()?;
         self.prediction.check_ranges()?;
         self.detection.check_ranges()?;
+        self.tracking.check_ranges()?;
         self.engine.check_ranges()?;
         if self.rejection.motion_min_points > self.motion_window() {
             return Err(ParamError::OutOfRange {
@@ -467,6 +505,14 @@ impl Params {
                 name: "gate",
                 value: "\"change\"".to_owned(),
                 rule: "must be \"luminance\" where support is \"masked\"".to_owned(),
+            });
+        }
+        if self.tracking.birth_hits > self.tracking.birth_window {
+            return Err(ParamError::OutOfRange {
+                section: "tracking",
+                name: "birth_hits",
+                value: self.tracking.birth_hits.to_string(),
+                rule: format!("must not exceed birth_window = {}", self.tracking.birth_window),
             });
         }
         let reach = self.prediction.v_opt * f64::from(self.prediction.horizon);

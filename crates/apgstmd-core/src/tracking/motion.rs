@@ -1,0 +1,130 @@
+//! Constant velocity with random changes, seen with noise: a Kalman filter in the plane.
+//!
+//! Place and velocity along x and y obey the same equations with the same noise, so one 2 x 2 covariance serves both.
+//! The background's shift is a known displacement: velocities are relative to the background, places are in the picture.
+
+use crate::params::TrackingParams;
+
+/// Variances, px and frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Noise {
+    /// Of a detection's place.
+    pub detection: f64,
+    /// Of the place of a maximum of the response.
+    pub guide: f64,
+    /// Of the change of velocity in a frame.
+    acceleration: f64,
+    /// Of the velocity at birth.
+    velocity: f64,
+}
+
+impl Noise {
+    pub fn new(params: &TrackingParams, v_opt: f64) -> Self {
+        Self {
+            detection: params.noise.powi(2),
+            guide: params.guide_noise.powi(2),
+            acceleration: (params.acceleration * v_opt).powi(2),
+            velocity: (params.velocity_spread * v_opt).powi(2),
+        }
+    }
+}
+
+/// Where something is, how it moves, and how well both are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Motion {
+    pub place: (f64, f64),
+    pub velocity: (f64, f64),
+    /// Var(place), cov(place, velocity), var(velocity) along each axis.
+    covariance: [f64; 3],
+}
+
+impl Motion {
+    pub fn begin(place: (f64, f64), velocity: (f64, f64), noise: &Noise) -> Self {
+        Self { place, velocity, covariance: [noise.detection, 0.0, noise.velocity] }
+    }
+
+    /// To the next frame, in which the background has moved by `shift`.
+    pub fn predict(&mut self, shift: (f64, f64), noise: &Noise) {
+        self.place = (self.place.0 + self.velocity.0 + shift.0, self.place.1 + self.velocity.1 + shift.1);
+        let [place, both, velocity] = self.covariance;
+        let a = noise.acceleration;
+        self.covariance = [place + 2.0 * both + velocity + a / 4.0, both + velocity + a / 2.0, velocity + a];
+    }
+
+    /// Takes in a place that was seen with this variance.
+    pub fn update(&mut self, seen: (f64, f64), variance: f64) {
+        let [place, both, velocity] = self.covariance;
+        let spread = place + variance;
+        let (gain, gain_velocity) = (place / spread, both / spread);
+        let (dx, dy) = (seen.0 - self.place.0, seen.1 - self.place.1);
+        self.place = (self.place.0 + gain * dx, self.place.1 + gain * dy);
+        self.velocity = (self.velocity.0 + gain_velocity * dx, self.velocity.1 + gain_velocity * dy);
+        self.covariance = [(1.0 - gain) * place, (1.0 - gain) * both, velocity - gain_velocity * both];
+    }
+
+    /// Variance of the place along each axis.
+    pub fn variance(&self) -> f64 {
+        self.covariance[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(acceleration: f64) -> Noise {
+        Noise { detection: 4.0, guide: 9.0, acceleration, velocity: 1e6 }
+    }
+
+    /// Without acceleration and with nothing known of the velocity it is the straight line of least squares.
+    #[test]
+    fn is_least_squares_on_a_line() {
+        let seen = [3.0, 4.5, 4.0, 7.5, 8.0, 8.5, 11.0];
+        let quiet = noise(0.0);
+        let mut motion = Motion::begin((seen[0], -seen[0]), (0.0, 0.0), &quiet);
+        for x in &seen[1..] {
+            motion.predict((0.0, 0.0), &quiet);
+            motion.update((*x, -x), quiet.detection);
+        }
+        let n = seen.len() as f64;
+        let t = |i: usize| i as f64 - (n - 1.0) / 2.0;
+        let mean = seen.iter().sum::<f64>() / n;
+        let spread: f64 = (0..seen.len()).map(|i| t(i).powi(2)).sum();
+        let slope = seen.iter().enumerate().map(|(i, x)| t(i) * x).sum::<f64>() / spread;
+        let last = mean + slope * t(seen.len() - 1);
+        // The prior velocity weighs 4 / 1e6.
+        assert!((motion.place.0 - last).abs() < 1e-4 && (motion.velocity.0 - slope).abs() < 1e-4, "{motion:?}");
+        assert!((motion.place.1 + last).abs() < 1e-4 && (motion.velocity.1 + slope).abs() < 1e-4);
+        let expected = 4.0 * (1.0 / n + t(seen.len() - 1).powi(2) / spread);
+        assert!((motion.variance() - expected).abs() < 1e-3, "{} {expected}", motion.variance());
+    }
+
+    #[test]
+    fn a_shift_moves_the_place_and_not_the_velocity() {
+        let noise = noise(0.01);
+        let mut still = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
+        let mut shaken = still;
+        still.predict((0.0, 0.0), &noise);
+        shaken.predict((7.0, -3.0), &noise);
+        assert_eq!(shaken.place, (still.place.0 + 7.0, still.place.1 - 3.0));
+        assert_eq!((shaken.velocity, shaken.covariance), (still.velocity, still.covariance));
+    }
+
+    #[test]
+    fn uncertainty_grows_while_nothing_is_seen() {
+        let noise = noise(0.01);
+        let mut motion = Motion::begin((0.0, 0.0), (1.0, 0.0), &noise);
+        for _ in 0..50 {
+            motion.predict((0.0, 0.0), &noise);
+            motion.update(motion.place, noise.detection);
+        }
+        let settled = motion.variance();
+        let mut last = settled;
+        for _ in 0..30 {
+            motion.predict((0.0, 0.0), &noise);
+            assert!(motion.variance() > last);
+            last = motion.variance();
+        }
+        assert!(settled < noise.detection && last > 4.0 * settled);
+    }
+}

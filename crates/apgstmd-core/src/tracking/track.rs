@@ -1,0 +1,92 @@
+//! One track: its motion, what it has shown so far, and the points that are not certain yet.
+
+use super::guide::response_near;
+use super::motion::{Motion, Noise};
+use super::{Observation, TrackPoint, TrackState};
+use crate::detection::Detection;
+use crate::frame::Size;
+use crate::params::TrackingParams;
+
+/// Beyond the border by more than this, px, a track has left the picture.
+const OUTSIDE: f64 = 8.0;
+
+#[derive(Debug, Default)]
+pub(super) struct Track {
+    /// From its confirmation on.
+    pub id: Option<u64>,
+    /// Which one it was to begin.
+    pub birth: u64,
+    pub motion: Motion,
+    /// Frames since its first detection.
+    pub age: u32,
+    /// Detections so far.
+    pub hits: u32,
+    /// Frames in a row without one.
+    pub missed: u32,
+    /// Trace of its last detection.
+    pub trace: u64,
+    /// Points that wait for its confirmation, or for it to be seen again.
+    waiting: Vec<TrackPoint>,
+    /// Its point in the last frame.
+    latest: Option<TrackPoint>,
+}
+
+impl Track {
+    pub fn begin(&mut self, birth: u64, motion: Motion, detection: &Detection, seen: &Observation<'_>) {
+        (self.id, self.birth) = (None, birth);
+        self.motion = motion;
+        (self.age, self.hits, self.missed, self.trace) = (0, 1, 0, detection.trace);
+        self.waiting.clear();
+        self.wait(seen, detection.score, TrackState::Confirmed);
+    }
+
+    pub fn follow(&mut self, detection: &Detection, seen: &Observation<'_>, noise: &Noise) {
+        self.motion.update((f64::from(detection.x), f64::from(detection.y)), noise.detection);
+        self.hits = self.hits.saturating_add(1);
+        (self.missed, self.trace) = (0, detection.trace);
+        self.wait(seen, detection.score, TrackState::Confirmed);
+    }
+
+    pub fn coast(&mut self, seen: &Observation<'_>, shift: (f64, f64), noise: &Noise, guided: bool) {
+        self.missed += 1;
+        let response = if guided { response_near(&self.motion, shift, seen) } else { None };
+        if let Some((place, _)) = response {
+            self.motion.update(place, noise.guide);
+        }
+        self.wait(seen, response.map_or(0.0, |(_, value)| value), TrackState::Coasting);
+    }
+
+    fn wait(&mut self, seen: &Observation<'_>, score: f32, state: TrackState) {
+        let Motion { place: (x, y), velocity: (vx, vy), .. } = self.motion;
+        let (frame, time, age) = (seen.frame, seen.time, self.age);
+        // The id is known when it is reported.
+        let point = TrackPoint { frame, time, track: 0, x, y, vx, vy, score, state, age };
+        self.latest = Some(point);
+        self.waiting.push(point);
+    }
+
+    pub fn lives(&self, params: &TrackingParams, size: Size) -> bool {
+        let (x, y) = self.motion.place;
+        let within = |value: f64, side: usize| value >= -OUTSIDE && value <= side as f64 - 1.0 + OUTSIDE;
+        if self.missed > 0 && !(within(x, size.width) && within(y, size.height)) {
+            return false;
+        }
+        match self.id {
+            Some(_) => self.missed <= params.coast.min(self.hits),
+            // Frames of its window that are still to come may all bring detections.
+            None => self.hits.saturating_add(params.birth_window.saturating_sub(self.age + 1)) >= params.birth_hits,
+        }
+    }
+
+    /// Its point in the last frame, once it is confirmed.
+    pub fn now(&self) -> Option<TrackPoint> {
+        Some(TrackPoint { track: self.id?, ..self.latest? })
+    }
+
+    /// Hands over what has become certain.
+    pub fn report(&mut self, points: &mut Vec<TrackPoint>) {
+        if let (Some(track), 0) = (self.id, self.missed) {
+            points.extend(self.waiting.drain(..).map(|point| TrackPoint { track, ..point }));
+        }
+    }
+}
