@@ -40,6 +40,11 @@ pub(crate) struct Assignment {
 }
 
 impl Assignment {
+    /// Optimal whatever the size.
+    pub fn exact() -> Self {
+        Self::with_most(usize::MAX)
+    }
+
     /// Optimal in groups of up to `most` rows or columns.
     pub fn with_most(most: usize) -> Self {
         Self {
@@ -179,7 +184,7 @@ mod tests {
             pairs.retain(|p| p.row < rows && p.column < columns);
             pairs.sort_unstable_by_key(|p| (p.row, p.column));
             pairs.dedup_by_key(|p| (p.row, p.column));
-            let mut assignment = Assignment::with_most(usize::MAX);
+            let mut assignment = Assignment::exact();
             // Memory of an earlier call must not show.
             assignment.solve(3, 3, &[Pair { row: 2, column: 1, weight: 7 }, Pair { row: 1, column: 1, weight: 3 }]);
             assignment.solve(rows, columns, &pairs);

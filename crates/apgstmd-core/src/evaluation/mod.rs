@@ -15,12 +15,15 @@
 //! assert_eq!((evaluation.targets, evaluation.area), (2, 0.5));
 //! # Ok::<(), apgstmd_core::evaluation::EvaluationError>(())
 //! ```
+//!
+//! Tracks, which besides say which detections are the same target, are judged by [`evaluate_tracks`].
 
 mod curve;
 mod matching;
 mod read;
 mod table;
 mod track;
+mod tracks;
 
 use std::ops::Range;
 
@@ -28,9 +31,10 @@ use serde::Serialize;
 use thiserror::Error;
 
 pub use curve::{Evaluation, FALSE_ALARM_LIMITS, OperatingPoint, Point};
-pub use read::{detections_from_text, truth_from_text};
+pub use read::{detections_from_text, tracks_from_text, truth_from_text};
 pub use table::ReadError;
 pub(crate) use table::Table;
+pub use tracks::{Clear, Hota, HotaPoint, Identity, TrackEvaluation, Tracked, evaluate_tracks};
 
 /// A detection to be judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -150,6 +154,22 @@ pub enum EvaluationError {
         name: &'static str,
         /// The value given.
         value: f64,
+    },
+    /// One name for two things in a frame.
+    #[error("{what} {id} is twice in frame {frame}, but it can be in one place only")]
+    Twice {
+        /// "the track" or "the target".
+        what: &'static str,
+        /// Its number.
+        id: i64,
+        /// The frame.
+        frame: usize,
+    },
+    /// Tracks need targets that can be told apart.
+    #[error("frame {frame} of the truth holds several targets without id: tracks can be judged only against ids")]
+    NoIds {
+        /// The frame.
+        frame: usize,
     },
 }
 

@@ -1,7 +1,7 @@
 //! Detections and truth from text.
 
 use super::table::{ReadError, Row, Table};
-use super::{Scored, TruthBox};
+use super::{Scored, Tracked, TruthBox};
 
 /// Columns of a MOTChallenge truth file; there is no header. Files of results share the first seven.
 const MOT: [&str; 9] = ["frame", "id", "left", "top", "width", "height", "conf", "class", "visibility"];
@@ -40,6 +40,39 @@ pub fn detections_from_text(text: &str) -> Result<Vec<Scored>, ReadError> {
             })
         })
         .collect()
+}
+
+/// Reads tracks: a CSV with the columns frame, track, x, y (others are left aside), or, recognised by its missing header,
+/// MOTChallenge text, whose boxes give their centres. None where the text says nothing of tracks: no column `track`, or
+/// ids below 0.
+///
+/// # Errors
+/// Names the line, what stands there and what was expected.
+pub fn tracks_from_text(text: &str) -> Result<Option<Vec<Tracked>>, ReadError> {
+    let mot = is_mot(text);
+    let table = if mot { Table::without_header(text, &MOT, LEAST)? } else { Table::with_header(text)? };
+    let name = if mot { "id" } else { "track" };
+    if !mot {
+        if !table.has("track") {
+            return Ok(None);
+        }
+        table.check_columns(&["frame", "track", "x", "y"], None)?;
+    }
+    let mut tracks = Vec::new();
+    for row in table.rows() {
+        let Some(track) = row.integer(name)?.filter(|id| *id >= 0) else {
+            row.require(mot, name, "a whole number of at least 0")?;
+            return Ok(None);
+        };
+        let (frame, (x, y)) = if mot {
+            let found = mot_box(&row)?;
+            (found.frame, found.center())
+        } else {
+            (row.count("frame")?, (row.number("x")?, row.number("y")?))
+        };
+        tracks.push(Tracked { frame, track, x, y });
+    }
+    Ok(Some(tracks))
 }
 
 /// Reads truth: a CSV with the columns frame, x, y, w, h and perhaps visible, id, ignore, contrast; or, recognised by
@@ -141,6 +174,21 @@ mod tests {
         let truth = truth_from_text("1,5,1,1,3,3,1,1,0.0\n1,5,1,1,3,3,1,1,0.4\n").unwrap();
         assert_eq!(truth, [TruthBox { visible: false, ..target }, target]);
         assert_eq!(detections_from_text("1,-1,1,1,3,3,0.7,-1,-1,-1\n").unwrap(), [Scored::new(0, 1.0, 1.0, 0.7)]);
+    }
+
+    #[test]
+    fn tracks_in_both_forms() {
+        let read = |text: &str| tracks_from_text(text).unwrap();
+        let point = |frame, track, x, y| Tracked { frame, track, x, y };
+        let own = "frame,time_s,track,x,y,vx,vy,score,state,age\n4,,7,10.5,20,1,0,0.25,confirmed,0\n";
+        assert_eq!(read(own), Some(vec![point(4, 7, 10.5, 20.0)]));
+        assert_eq!(read("1,5,1,1,3,3,0.7,-1,-1,-1\n"), Some(vec![point(0, 5, 1.0, 1.0)]));
+        assert_eq!(read("frame,track,x,y\n"), Some(vec![]));
+        for nothing in ["frame,x,y,score,trace\n1,2,3,4,5\n", "1,-1,1,1,3,3,0.7,-1,-1,-1\n"] {
+            assert_eq!(read(nothing), None, "{nothing}");
+        }
+        let error = tracks_from_text("frame,track,x,y\n1,-1,3,4\n").unwrap_err().to_string();
+        assert_eq!(error, "line 2: found track = \"-1\", but expected a whole number of at least 0");
     }
 
     #[test]
