@@ -3,7 +3,7 @@
     detector = apgstmd.Detector((height, width), speed=1.0)   # px/frame; one detector for each stream
     out = detector.process(frame)                             # uint8, uint16, float32, float64; grey or RGB
     out.detections                                            # x, y, score, direction, trace as NumPy columns
-    apgstmd.run("frames/", speed=1.0)                         # a whole folder, like the command line
+    apgstmd.run("frames/", speed=1.0)                         # a whole folder, like the command line; .tracks has tracks
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
     apgstmd.reproduce(quick=True)                             # the paper's experiments, computed and judged
@@ -14,11 +14,11 @@ screen (0 = right, pi/2 = up), luminance in [0, 1].
 
 from ._core import MODELS, STAGES, __version__
 from .detector import Detector
-from .evaluation import Curve, Evaluation, OperatingPoint, evaluate
+from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
 from .folder import Run, run
 from .options import Parameter, parameters, params
 from .reproduction import Check, Reproduction, reproduce
-from .results import Detection, Detections, Output, RunDetection, RunDetections
+from .results import Detection, Detections, Output, RunDetection, RunDetections, TrackPoint, Tracks
 from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "Detections",
     "Detector",
     "Evaluation",
+    "HotaCurve",
     "OperatingPoint",
     "Output",
     "Parameter",
@@ -38,6 +39,9 @@ __all__ = [
     "RunDetection",
     "RunDetections",
     "Scene",
+    "TrackEvaluation",
+    "TrackPoint",
+    "Tracks",
     "Truth",
     "TruthRow",
     "__version__",

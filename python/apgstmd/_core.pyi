@@ -97,6 +97,7 @@ class Scene:
 
 def evaluate(
     detections: str | tuple[_Whole, _Real, _Real, _Real, _Real, str | None],
+    tracks: tuple[_Whole, _Whole, _Real, _Real] | None,
     truth: str | tuple[_Whole, _Whole | None, _Real, _Real, _Real, _Real, _Flag, _Flag],
     frames: int | None,
     start: int,
@@ -107,7 +108,7 @@ def evaluate(
 ) -> str:
     """What `apgstmd eval --json` prints, and the page where `html` names a file.
 
-    Columns: frame, x, y, score, direction (NaN: unknown) and the text of run.json; frame, id, x, y, w, h, visible,
+    Columns: frame, x, y, score, direction (NaN: unknown) and the text of run.json; frame, track, x, y; frame, id, x, y, w, h, visible,
     ignore. ValueError for what cannot be judged, RuntimeError for files that cannot be read or written.
     """
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .folder import Run
 from .options import whole
-from .results import RunDetections, Table
+from .results import RunDetections, Table, Tracks
 from .scene import Scene, Truth
 
 
@@ -24,7 +24,7 @@ class _Columns(Protocol):
     def __getitem__(self, name: str, /) -> Any: ...
 
 
-Found: TypeAlias = str | os.PathLike[str] | Run | RunDetections | Mapping[str, ArrayLike] | _Columns
+Found: TypeAlias = str | os.PathLike[str] | Run | RunDetections | Tracks | Mapping[str, ArrayLike] | _Columns
 Expected: TypeAlias = str | os.PathLike[str] | Scene | Truth | Mapping[str, ArrayLike] | _Columns
 
 
@@ -76,6 +76,83 @@ class OperatingPoint:
     direction_error: float | None
 
 
+class HotaPoint(NamedTuple):
+    """HOTA at one threshold; fields as in `HotaCurve`."""
+
+    similarity: float
+    hota: float
+    det_a: float
+    ass_a: float
+
+
+class HotaCurve(Table):
+    """HOTA at each of 19 thresholds, as NumPy columns of one length.
+
+    similarity: the least of a match, 0.05 to 0.95: distances up to 1 - this of how far a true detection may lie; hota; det_a,
+    ass_a: its parts, detection and association accuracy.
+    """
+
+    __slots__ = HotaPoint._fields
+    names = HotaPoint._fields
+    row = HotaPoint
+
+    similarity: NDArray[np.float64]
+    hota: NDArray[np.float64]
+    det_a: NDArray[np.float64]
+    ass_a: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackEvaluation:
+    """How good tracks are, by the distance of centres.
+
+    A point may match a target where a detection would be true. tracks, points: those that count; neutral_points: those on
+    what is hidden or ignored; identities: different targets.
+
+    CLEAR MOT (Bernardin & Stiefelhagen 2008): mota: 1 - (misses + false_positives + id_switches) / targets; motp: mean
+    distance of matched points, px, None where nothing is matched; id_switches: how often a target is matched with another
+    track than when it was last matched; fragmentations: how often it is matched again after frames in which it was not;
+    mostly_tracked, partly_tracked, mostly_lost: targets matched in more than 80 %, some, less than 20 % of their frames.
+
+    IDF1 (Ristani et al. 2016): each target has one track for good; id_true, id_false, id_missed: points that match it, points
+    that do not, targets that are not matched; idf1, id_precision, id_recall.
+
+    HOTA (Luiten et al. 2021): hota, det_a, ass_a: means over the thresholds of similarity in hota_at, similarity being
+    1 - distance / limit, and limit how far a true detection may lie in that direction: 5 px for small targets.
+    """
+
+    tracks: int
+    points: int
+    neutral_points: int
+    identities: int
+    mota: float
+    motp: float | None
+    matched: int
+    misses: int
+    false_positives: int
+    id_switches: int
+    fragmentations: int
+    mostly_tracked: int
+    partly_tracked: int
+    mostly_lost: int
+    idf1: float
+    id_precision: float
+    id_recall: float
+    id_true: int
+    id_false: int
+    id_missed: int
+    hota: float
+    det_a: float
+    ass_a: float
+    hota_at: HotaCurve
+
+    def __repr__(self) -> str:
+        return (
+            f"TrackEvaluation({self.tracks} tracks, {self.identities} targets, mota={self.mota:.3f}, idf1={self.idf1:.3f}, "
+            f"hota={self.hota:.3f}, id_switches={self.id_switches})"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Evaluation:
     """How good detections are.
@@ -84,6 +161,7 @@ class Evaluation:
     thresholds of precision times the recall that it adds. at: operating points at 0.1, 0.5, 1, 5 and 10 false alarms a
     frame. best_f1: where F1 is greatest; everything: with every detection. targets: visible ones over all frames;
     neutral_detections: those on what is hidden or ignored. frames, first_frame, last_frame: what was judged;
+    tracks: of the tracks, None where there are none or the truth does not tell its targets apart (a note then says so).
     frames_from: "run.json", "given", or "named" when nothing told how many frames there were. notes: remarks.
     """
 
@@ -102,6 +180,7 @@ class Evaluation:
     last_frame: int
     frames_from: str
     notes: tuple[str, ...]
+    tracks: TrackEvaluation | None
 
     def rate_at(self, false_alarms: float) -> float:
         """Detection rate at the lowest threshold that gives at most so many false alarms a frame."""
@@ -132,9 +211,11 @@ def evaluate(
     A detection is true when it lies within `radius` px of the centre of a visible target or inside its box grown by
     `margin` px, one to one, best score first. Targets that are not visible and boxes to ignore neither reward nor punish.
 
-    detections : what `apgstmd.run` returned, or its `detections`; a path to a results folder, detections.csv,
-        detections.jsonl or MOTChallenge text; or columns (a dict of arrays, a data frame, a structured array) frame, x, y,
-        score and perhaps direction in radians (NaN: unknown).
+    Tracks are judged besides, where there are some and the truth tells its targets apart: see `TrackEvaluation`.
+
+    detections : what `apgstmd.run` returned, or its `detections` or `tracks`; a path to a results folder, detections.csv,
+        detections.jsonl, tracks.csv or MOTChallenge text; or columns (a dict of arrays, a data frame, a structured array)
+        frame, x, y, score and perhaps direction in radians (NaN: unknown) and track.
     truth : what `apgstmd.synth` returned, or its `truth`; a path to its folder, truth.csv, another box CSV, MOTChallenge
         text or a scene file; or columns frame, x, y, w, h and perhaps visible, id, ignore. x, y is the upper left edge.
     frames : how many frames the detector saw, counted from 0. Without it the run tells; without that they reach to the
@@ -154,6 +235,7 @@ def evaluate(
     """
     text = _core.evaluate(
         _found(detections),
+        _tracks(detections),
         _expected(truth),
         whole("frames", frames, 1, 2**63 - 1),
         whole("start", start, 0, 2**63 - 1) or 0,
@@ -172,6 +254,7 @@ def evaluate(
         best_f1=_operating(record["best_f1"]),
         everything=_operating(record["all"]),
         notes=tuple(record["notes"]),
+        tracks=None if record["tracks"] is None else _track_evaluation(record["tracks"]),
         **{name: record[name] for name in ("area", "average_precision", "frames", "first_frame", "last_frame")},
         **{name: record[name] for name in ("targets", "true_detections", "false_detections", "neutral_detections")},
         frames_from=record["frames_from"],
@@ -181,6 +264,23 @@ def evaluate(
 def _operating(record: dict[str, Any]) -> OperatingPoint:
     point = record["point"]
     return OperatingPoint(**(record | {"point": None if point is None else CurvePoint(**point)}))
+
+
+def _track_evaluation(record: dict[str, Any]) -> TrackEvaluation:
+    points = record["hota_at"]
+    curve = HotaCurve(**{name: np.array([point[name] for point in points]) for name in HotaCurve.names})
+    return TrackEvaluation(**(record | {"hota_at": curve}))
+
+
+def _tracks(detections: Found) -> Any:
+    if isinstance(detections, (str, os.PathLike)):
+        return None  # The core reads them.
+    if isinstance(detections, Run) and not len(detections.tracks):
+        return None
+    read = _Reader("tracks", detections.tracks if isinstance(detections, Run) else detections)
+    if "track" not in read.names:
+        return None
+    return read.checked(read.frames(), read.column("track", np.int64), read.real("x"), read.real("y"))
 
 
 def _found(detections: Found) -> Any:

@@ -15,12 +15,12 @@ import numpy as np
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import RunDetections
+from .results import RunDetections, Tracks
 from .scene import Scene
 
 _OPTIONS = (
     *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
-    *("dump", "dump_frames", "dump_dir", "progress"),
+    *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
 )
 
 
@@ -28,18 +28,22 @@ _OPTIONS = (
 class Run:
     """What a folder showed.
 
-    detections: all of them, with the columns frame, name and time. frames: how many were processed. out: the folder with the
-    results, None where none was asked for. summary: the content of run.json (parameters, timing, what was skipped).
+    detections: all of them, with the columns frame, name and time. tracks: what links them from frame to frame, empty where
+    none were asked for. frames: how many were processed. out: the folder with the results, None where none was asked for.
+    summary: the content of run.json (parameters, timing, what was skipped).
     """
 
     detections: RunDetections
+    tracks: Tracks
     frames: int
     out: Path | None
     summary: dict[str, Any]
 
     def __repr__(self) -> str:
         where = "" if self.out is None else f", out={str(self.out)!r}"
-        return f"Run({self.frames} frames, {len(self.detections)} detections{where})"
+        tracks = len(np.unique(self.tracks.track))
+        linked = f"{tracks} track{'' if tracks == 1 else 's'}"
+        return f"Run({self.frames} frames, {len(self.detections)} detections, {linked}{where})"
 
 
 def run(
@@ -67,6 +71,10 @@ def run(
     dump: Sequence[str] = (),
     dump_frames: str | Iterable[int] | None = None,
     dump_dir: str | os.PathLike[str] | None = None,
+    tracks: bool = True,
+    mot: str | os.PathLike[str] | None = None,
+    coco: str | os.PathLike[str] | None = None,
+    box_size: float | None = None,
     progress: bool = False,
     **parameters: Unpack[Parameters],
 ) -> Run:
@@ -77,7 +85,7 @@ def run(
     input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; a video
         file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
         "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
-    out : folder for detections.csv, run.json and what else is asked for; without it nothing is kept on disk.
+    out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
     model, preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
     fps : frames a second of pictures, or in place of the wrong rate of a video.
@@ -89,6 +97,10 @@ def run(
     overlay : write annotated pictures and a contact strip.
     formats : tables to write besides detections.csv: "jsonl".
     dump, dump_frames, dump_dir : stages to write as .npy, the frames ("60,120..130" or numbers), and where.
+    tracks : link detections to tracks.
+    mot, coco : files to write the tracks to, as MOTChallenge text (frames, ids and pixels count from 1) and as COCO JSON.
+    box_size : side in px of the box that stands for a point in these; by default the size of target that the parameters
+        prefer.
     progress : show a progress bar on a terminal and a summary.
 
     Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
@@ -118,8 +130,12 @@ def run(
         "dump": ",".join(dump) or None,
         "dump-frames": _frames(dump_frames),
         "dump-dir": None if dump_dir is None else os.fspath(dump_dir),
+        "mot": None if mot is None else os.fspath(mot),
+        "coco": None if coco is None else os.fspath(coco),
+        "box-size": box_size,
     }
-    flags = [name for name, wanted in (("force", force), ("overlay", overlay), ("quiet", not progress)) if wanted]
+    switches = {"force": force, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
+    flags = [name for name, wanted in switches.items() if wanted]
     with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
         if isinstance(input, Scene):
             path = str(Path(scratch, "scene.toml"))
@@ -139,7 +155,8 @@ def run(
         _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", str(path)])
         summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
         detections = _read_table(Path(results, "detections.csv"))
-    return Run(detections, summary["frames"], None if out is None else results, summary)
+        found = _read_tracks(Path(results, "tracks.csv") if tracks else None)
+    return Run(detections, found, summary["frames"], None if out is None else results, summary)
 
 
 def _place(name: str, place: int | str | None, least: int) -> int | str | None:
@@ -150,14 +167,32 @@ def _frames(frames: str | Iterable[int] | None) -> str | None:
     return frames if frames is None or isinstance(frames, str) else ",".join(map(str, frames))
 
 
+class _Cells:
+    """Cells of a CSV file by column."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.rows: list[dict[str, str]] = []
+        if path is not None:
+            with path.open(encoding="utf-8", newline="") as file:
+                self.rows = list(csv.DictReader(file))
+
+    def __call__(self, name: str, dtype: Any) -> Any:
+        # Empty where there is no value: the direction of a model that has none, an unknown time.
+        return np.array([row[name] or "nan" for row in self.rows], dtype=np.str_).astype(dtype)
+
+
+def _read_tracks(path: Path | None) -> Tracks:
+    column = _Cells(path)
+    whole = {name: column(name, np.int64) for name in ("frame", "track", "age")}
+    real = {name: column(name, np.float64) for name in ("x", "y", "vx", "vy")}
+    time, score, state = column("time_s", np.float64), column("score", np.float32), column("state", np.str_)
+    table = Tracks(time=time, score=score, state=state, **whole, **real)
+    # Rows were written as they became certain.
+    return table[np.lexsort((table.track, table.frame))]
+
+
 def _read_table(path: Path) -> RunDetections:
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-
-    def column(name: str, dtype: Any) -> Any:
-        # Empty where there is no value: the direction of a model that has none.
-        return np.array([row[name] or "nan" for row in rows], dtype=np.str_).astype(dtype)
-
+    column = _Cells(path)
     return RunDetections(
         frame=column("frame", np.int64),
         name=column("name", np.str_),

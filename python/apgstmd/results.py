@@ -128,6 +128,56 @@ class RunDetections(Detections):
     time: NDArray[np.float64]
 
 
+class TrackPoint(NamedTuple):
+    """One track in one frame.
+
+    track: its number; x, y: px, as in `Detection`, the filter's estimate; vx, vy: velocity relative to the background,
+    px/frame, vy downward; score: of the detection, or of a coasting track the response that guided it; state: "confirmed"
+    where there is a detection, "coasting" where there is none; age: frames since the track's first detection; time: in
+    seconds, NaN where it is not known.
+    """
+
+    frame: int
+    time: float
+    track: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+    score: float
+    state: str
+    age: int
+
+
+class Tracks(Table):
+    """Tracks as NumPy columns of one length, by frame, then by track.
+
+    frame, track, age: int64; time, x, y, vx, vy: float64; score: float32; state: str; meanings as in `TrackPoint`. Points
+    of a track begin with its first detection and end with its last; where it was not detected in between, it coasts.
+
+    >>> import apgstmd
+    >>> found = apgstmd.run(apgstmd.synth("demo"), speed=1.0, stop=40).tracks
+    >>> first = found[found.track == 0]
+    >>> bool(len(first) == first.age[-1] + 1), set(first.state) <= {"confirmed", "coasting"}
+    (True, True)
+    """
+
+    __slots__ = TrackPoint._fields
+    names = TrackPoint._fields
+    row = TrackPoint
+
+    frame: NDArray[np.int64]
+    time: NDArray[np.float64]
+    track: NDArray[np.int64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    vx: NDArray[np.float64]
+    vy: NDArray[np.float64]
+    score: NDArray[np.float32]
+    state: NDArray[np.str_]
+    age: NDArray[np.int64]
+
+
 @dataclass(frozen=True, slots=True)
 class Output:
     """What one frame showed.

@@ -57,7 +57,7 @@ def test_results_are_kept_where_asked(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     found = apgstmd.run(folder, out=out, speed=1.0, formats=["jsonl"], dump=["P", "E"], dump_frames=[3, 5])
     assert found.out == out
-    assert repr(found) == f"Run(40 frames, {len(found.detections)} detections, out={str(out)!r})"
+    assert repr(found) == f"Run(40 frames, {len(found.detections)} detections, 1 track, out={str(out)!r})"
     assert json.loads((out / "run.json").read_text()) == found.summary
     assert found.summary["speed"] == 1.0
     assert len((out / "detections.jsonl").read_text().splitlines()) == len(found.detections)

@@ -7,7 +7,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use apgstmd_core::params::{RejectionMode, Support};
-use apgstmd_core::{Detector, Frame, Machine, Model, Params, Preset, Size, Stage};
+use apgstmd_core::tracking::Observation;
+use apgstmd_core::{Detection, Detector, Frame, Machine, Model, Params, Preset, Size, Stage, Tracker};
 use apgstmd_tests::stimulus::Scene;
 use ndarray::Array2;
 
@@ -92,8 +93,36 @@ fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
     assert_eq!(again, 0, "{name}: reset");
 }
 
+/// Targets that come and go, apart from each other: once there were as many tracks as there ever are.
+fn tracks_that_do_not_compete() {
+    let mut tracker = Tracker::new(Size::new(100, 400), &Params::default()).expect("valid parameters");
+    let mut points = Vec::new();
+    let mut reported = 0;
+    for t in 0..600 {
+        let shown = |i: &usize| !(t / 7 + i).is_multiple_of(5) && (t + 40 * i) % 150 < 110;
+        let target = |i: usize| Detection {
+            x: 20.0 + 60.0 * i as f32 + 0.25 * ((t + 40 * i) % 150) as f32,
+            y: 50.0,
+            score: 1.0,
+            direction: 0.0,
+            trace: i as u64,
+        };
+        let mut seen = [target(0); 6];
+        let mut count = 0;
+        for i in (0..6).filter(shown) {
+            seen[count] = target(i);
+            count += 1;
+        }
+        let made = allocations(|| tracker.process_into(&Observation::new(t, &seen[..count]), &mut points));
+        assert!(t < 300 || made == 0, "tracker: {made} allocations in frame {t}");
+        reported += points.len();
+    }
+    assert!(reported > 1000, "{reported} points");
+}
+
 #[test]
 fn a_frame_allocates_nothing() {
+    tracks_that_do_not_compete();
     assert!(allocations(|| drop(std::hint::black_box(Box::new(1)))) == 1, "the counter must count");
     for threads in [1, 2] {
         let practical = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");

@@ -11,6 +11,7 @@ use apgstmd_core::{MOST_THREADS, Machine, MissingStage, Model, ParamError, Param
 use crate::Outcome;
 use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Switch};
 use crate::failure::{Failure, reason, without_snippet};
+use crate::sink::results::TRACKS;
 use crate::source::{Input, InputFlags, Selection, Span};
 
 /// Frames a second that something can have: one a day to a million.
@@ -41,6 +42,8 @@ pub struct RunSettings {
     pub destination: Destination,
     /// Tables to write.
     pub formats: Vec<Format>,
+    /// What is written of tracks.
+    pub tracks: TrackSettings,
     /// Annotated pictures.
     pub overlay: bool,
     /// Inner maps.
@@ -58,6 +61,88 @@ pub enum Destination {
     Folder(PathBuf),
     /// Detections to stdout, nothing else.
     Stdout,
+}
+
+/// What is written of tracks, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackSettings {
+    /// tracks.csv.
+    pub csv: Option<PathBuf>,
+    /// MOTChallenge text.
+    pub mot: Option<PathBuf>,
+    /// COCO JSON.
+    pub coco: Option<PathBuf>,
+    /// Side of the box that stands for a point, px.
+    pub box_size: f64,
+}
+
+impl TrackSettings {
+    /// Whether tracks are wanted at all.
+    pub fn any(&self) -> bool {
+        self.csv.is_some() || self.mot.is_some() || self.coco.is_some()
+    }
+
+    fn resolve(args: &RunArgs, params: &Params, destination: &Destination) -> Outcome<Self> {
+        const LARGEST: f64 = 1000.0;
+        if let Some(side) = args.box_size {
+            if args.mot.is_none() && args.coco.is_none() {
+                return Err(Failure::usage("--box-size is for --mot and --coco: tracks.csv holds points"));
+            }
+            if !(side > 0.0 && side <= LARGEST) {
+                return Err(Failure::usage(format_args!(
+                    "--box-size is {side}, but it must be a number of pixels above 0, at most {LARGEST}"
+                )));
+            }
+        }
+        let files = [("--mot", &args.mot), ("--coco", &args.coco)];
+        for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
+            check_file(flag, file, &args.input, args.force)?;
+        }
+        if let (Some(mot), Some(coco)) = (&args.mot, &args.coco)
+            && same_place(mot) == same_place(coco)
+        {
+            return Err(Failure::usage(format_args!("--mot and --coco are both {}", mot.display())));
+        }
+        let csv = match destination {
+            Destination::Folder(folder) if !args.no_tracks => Some(folder.join(TRACKS)),
+            _ => None,
+        };
+        Ok(Self {
+            csv,
+            mot: args.mot.clone(),
+            coco: args.coco.clone(),
+            box_size: args.box_size.unwrap_or_else(|| params.target_size()),
+        })
+    }
+}
+
+/// A file named on the command line, before anything is computed.
+fn check_file(flag: &str, file: &Path, input: &Path, force: bool) -> Outcome {
+    if file.file_name().is_none() || file.as_os_str() == "-" || file.is_dir() {
+        return Err(Failure::usage(format_args!(
+            "{flag} needs the name of a file, not {:?}",
+            file.display().to_string()
+        )));
+    }
+    if same_place(file) == same_place(input) {
+        return Err(Failure::usage(format_args!("{flag} {} would replace INPUT", file.display())));
+    }
+    if file.exists() && !force {
+        return Err(Failure::failed(format_args!("{} is there already", file.display()))
+            .hint(format_args!("choose another file with {flag}, or replace it with --force")));
+    }
+    // The folder of the results may be made on the way; any other must be there.
+    Ok(())
+}
+
+/// The same for two names of one file, whether it is there or not.
+fn same_place(file: &Path) -> PathBuf {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (file.canonicalize(), folder.canonicalize(), file.file_name()) {
+        (Ok(full), ..) => full,
+        (_, Ok(folder), Some(name)) => folder.join(name),
+        _ => file.to_owned(),
+    }
 }
 
 /// Which inner maps go where.
@@ -104,10 +189,10 @@ impl RunSettings {
         let flags = InputFlags { raw: args.raw, fps: args.fps, live, bit_depth: args.bit_depth };
         let source = Input::of(&args.input, flags)?;
         let selection = source.select(span)?;
-        let mut formats = args.format;
+        let mut formats = args.format.clone();
         let mut seen = HashSet::new();
         formats.retain(|format| seen.insert(*format as u8));
-        let destination = destination(args.out, &args.input, &source)?;
+        let destination = destination(args.out.clone(), &args.input, &source)?;
         if destination == Destination::Stdout {
             if formats.len() > 1 {
                 return Err(Failure::usage("--out - takes one --format: csv or jsonl"));
@@ -116,6 +201,7 @@ impl RunSettings {
                 return Err(Failure::usage("--overlay writes pictures, but --out - has no folder for them"));
             }
         }
+        let tracks = TrackSettings::resolve(&args, &params, &destination)?;
         let dump = match args.dump {
             None => None,
             Some(stages) => Some(DumpSettings {
@@ -142,6 +228,7 @@ impl RunSettings {
             on_error: args.on_error,
             destination,
             formats,
+            tracks,
             overlay: args.overlay,
             dump,
             force: args.force,

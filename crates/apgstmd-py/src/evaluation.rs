@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use apgstmd_cli::judge::{Found, Frames, RunFrames, judge, read_detections, read_truth};
 use apgstmd_cli::report::{Report, json, page};
-use apgstmd_core::evaluation::{Scored, TruthBox};
+use apgstmd_core::evaluation::{Scored, Tracked, TruthBox};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
@@ -14,6 +14,9 @@ use crate::errors::Error;
 type Whole<'py> = PyReadonlyArray1<'py, i64>;
 type Real<'py> = PyReadonlyArray1<'py, f64>;
 type Flag<'py> = PyReadonlyArray1<'py, bool>;
+
+/// The columns frame, track, x, y.
+type TrackColumns<'py> = (Whole<'py>, Whole<'py>, Real<'py>, Real<'py>);
 
 /// A path, or the columns frame, x, y, score, direction (NaN: unknown) and the run.json that tells of their frames.
 #[derive(FromPyObject)]
@@ -35,6 +38,7 @@ pub enum Truth<'py> {
 pub fn evaluate(
     py: Python<'_>,
     detections: Detections<'_>,
+    tracks: Option<TrackColumns<'_>>,
     truth: Truth<'_>,
     frames: Option<usize>,
     start: usize,
@@ -43,12 +47,13 @@ pub fn evaluate(
     margin: f64,
     html: Option<PathBuf>,
 ) -> PyResult<String> {
-    let (name, found, run) = detections.read()?;
+    let (name, found, of_file, run) = detections.read()?;
+    let tracks = tracks.as_ref().map(tracked).or(of_file);
     let (truth_name, boxes) = truth.read()?;
     let report = py.detach(|| {
         let judged = Frames::resolve(run.as_ref(), frames, (start, stop), &found, &boxes)?;
-        let judgement =
-            judge(&found, &boxes, &judged, radius, margin).map_err(|error| Error::Value(error.to_string()))?;
+        let judgement = judge(&found, tracks.as_deref(), &boxes, &judged, radius, margin)
+            .map_err(|error| Error::Value(error.to_string()))?;
         Ok::<_, Error>(Report {
             detections: name,
             truth: truth_name,
@@ -67,12 +72,21 @@ pub fn evaluate(
     Ok(json(&report))
 }
 
+fn tracked((frame, track, x, y): &TrackColumns<'_>) -> Vec<Tracked> {
+    let (track, x, y) = (track.as_array(), x.as_array(), y.as_array());
+    let row = |(i, frame): (usize, &i64)| Tracked { frame: *frame as usize, track: track[i], x: x[i], y: y[i] };
+    frame.as_array().iter().enumerate().map(row).collect()
+}
+
+/// Where from, detections, tracks, and which frames there were.
+type Read = (PathBuf, Vec<Scored>, Option<Vec<Tracked>>, Option<RunFrames>);
+
 impl Detections<'_> {
-    fn read(self) -> Result<(PathBuf, Vec<Scored>, Option<RunFrames>), Error> {
+    fn read(self) -> Result<Read, Error> {
         match self {
             Self::File(path) => {
-                let Found { detections, run, .. } = read_detections(&path)?;
-                Ok((path, detections, run))
+                let Found { detections, tracks, run, .. } = read_detections(&path)?;
+                Ok((path, detections, tracks, run))
             }
             Self::Columns(frame, x, y, score, direction, run) => {
                 let (x, y, score, direction) = (x.as_array(), y.as_array(), score.as_array(), direction.as_array());
@@ -85,7 +99,7 @@ impl Detections<'_> {
                 };
                 let found = frame.as_array().iter().enumerate().map(row).collect();
                 let run = run.map(|text| RunFrames::parse(&text, Path::new("the run"))).transpose()?.flatten();
-                Ok(("detections".into(), found, run))
+                Ok(("detections".into(), found, None, run))
             }
         }
     }

@@ -41,6 +41,7 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
         machine,
         on_error: OnError::Stop,
         dump: None,
+        tracks: false,
         quiet: args.quiet,
         live: false,
         stride: 1,

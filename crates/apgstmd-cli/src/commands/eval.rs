@@ -13,14 +13,16 @@ use crate::judge::{Found, Frames, judge, read_detections, read_truth};
 use crate::report::{Report, json, page, text};
 
 pub(crate) fn main(args: &EvalArgs) -> Outcome {
-    let Found { file, detections, run } = read_detections(&args.detections)?;
+    let Found { file, detections, tracks, run } = read_detections(&args.detections)?;
     let truth = read_truth(&args.truth)?;
     check_outputs(args, &file)?;
     let frames = Frames::resolve(run.as_ref(), args.frames, (args.start, args.stop), &detections, &truth)?;
-    let judgement = judge(&detections, &truth, &frames, args.radius, args.margin).map_err(|error| match error {
-        EvaluationError::Distance { .. } => Failure::usage(format_args!("--{error}")),
-        _ => Failure::failed(error),
-    })?;
+    let judgement = judge(&detections, tracks.as_deref(), &truth, &frames, args.radius, args.margin).map_err(
+        |error| match error {
+            EvaluationError::Distance { .. } => Failure::usage(format_args!("--{error}")),
+            _ => Failure::failed(error),
+        },
+    )?;
     let report = Report {
         detections: args.detections.clone(),
         truth: args.truth.clone(),

@@ -8,13 +8,14 @@ use crate::Outcome;
 use crate::args::{Format, RunArgs};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::settings::{Destination, RunSettings, readers};
+use crate::settings::{Destination, RunSettings, TrackSettings, readers};
 use crate::sink::Sink;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
 use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
+use crate::sink::tracks::{Coco, Mot, TracksCsv};
 use crate::source::{Place, Selection};
 
 pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
@@ -35,6 +36,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         machine: settings.machine.clone(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
+        tracks: settings.tracks.any(),
         quiet: settings.quiet,
         live: source.is_live(),
         stride: settings.span.stride(),
@@ -84,6 +86,16 @@ fn open_sinks(settings: &RunSettings, results: &Option<Results>) -> Outcome<Vec<
             Format::Csv => sinks.push(Box::new(Csv::new(target(results::CSV)?)?)),
             Format::Jsonl => sinks.push(Box::new(JsonLines::new(target(results::JSONL)?))),
         }
+    }
+    let TrackSettings { csv, mot, coco, box_size } = &settings.tracks;
+    if let Some(path) = csv {
+        sinks.push(Box::new(TracksCsv::new(path)?));
+    }
+    if let Some(path) = mot {
+        sinks.push(Box::new(Mot::new(path, *box_size)?));
+    }
+    if let Some(path) = coco {
+        sinks.push(Box::new(Coco::new(path, *box_size)?));
     }
     if let Some(dump) = &settings.dump {
         sinks.push(Box::new(Dump::new(dump)?));
@@ -173,10 +185,11 @@ fn summarise(settings: &RunSettings, report: &Report) {
             }
         ),
         format!(
-            "{} in {}, {}",
+            "{} in {}, {}{}",
             count(found.detections, "detection"),
             count(found.frames_with_detections, "frame"),
-            count(found.traces, "trace")
+            count(found.traces, "trace"),
+            found.tracks.map_or(String::new(), |tracks| format!(", {}", count(tracks, "track")))
         ),
     ];
     if let Some(live) = report.live {
@@ -227,12 +240,14 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
                 Format::Jsonl => results::JSONL,
             }));
         }
+        paths.extend(settings.tracks.csv.clone());
         paths.push(folder.join(results::RUN));
         if settings.overlay {
             paths.push(folder.join(results::STRIP));
             paths.push(folder.join(results::OVERLAY));
         }
     }
+    paths.extend([&settings.tracks.mot, &settings.tracks.coco].into_iter().flatten().cloned());
     paths.extend(settings.dump.as_ref().map(|dump| dump.folder.clone()));
     // A run that was interrupted early has no strip yet.
     paths.retain(|path| path.exists());

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use apgstmd_core::evaluation::{Scored, detections_from_text};
+use apgstmd_core::evaluation::{Scored, Tracked, detections_from_text, tracks_from_text};
 use serde::Deserialize;
 
 use super::{RunFrames, read_text, unreadable};
 use crate::Outcome;
 use crate::failure::Failure;
-use crate::sink::results::{CSV, JSONL, RUN};
+use crate::sink::results::{CSV, JSONL, RUN, TRACKS};
 
 const ORDER: &str = "DETECTIONS comes first: a table with frame,x,y,score, or MOTChallenge text; then TRUTH";
 
@@ -19,24 +19,32 @@ pub struct Found {
     pub file: PathBuf,
     /// The detections.
     pub detections: Vec<Scored>,
+    /// The tracks, where they are told of.
+    pub tracks: Option<Vec<Tracked>>,
     /// Which frames were processed, where run.json of this program says so.
     pub run: Option<RunFrames>,
 }
 
-/// Reads detections.
+/// Reads detections, and the tracks beside them in a results folder or in the same file.
 ///
 /// # Errors
 /// Names the file, the line, what stands there and what was expected.
 pub fn read_detections(path: &Path) -> Outcome<Found> {
     let file = if path.is_dir() { table_of(path)? } else { path.to_owned() };
     let text = read_text(&file)?;
+    let mut tracks = None;
     let detections = if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl")) {
         text.lines().enumerate().map(|(i, line)| from_json(line, i + 1, &file)).collect::<Outcome<_>>()?
     } else {
+        tracks = tracks_from_text(&text).map_err(|error| unreadable(&file, &error, ORDER))?;
         detections_from_text(&text).map_err(|error| unreadable(&file, &error, ORDER))?
     };
+    let beside = path.join(TRACKS);
+    if path.is_dir() && beside.is_file() {
+        tracks = tracks_from_text(&read_text(&beside)?).map_err(|error| unreadable(&beside, &error, ORDER))?;
+    }
     let run = RunFrames::beside(&file)?;
-    Ok(Found { file, detections, run })
+    Ok(Found { file, detections, tracks, run })
 }
 
 fn table_of(folder: &Path) -> Outcome<PathBuf> {

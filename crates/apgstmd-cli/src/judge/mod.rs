@@ -7,7 +7,10 @@ mod truth;
 use std::fs;
 use std::path::Path;
 
-use apgstmd_core::evaluation::{Evaluation, EvaluationError, Options, ReadError, Scored, TruthBox, evaluate};
+use apgstmd_core::evaluation::{
+    Evaluation, EvaluationError, Options, ReadError, Scored, TrackEvaluation, Tracked, TruthBox, evaluate,
+    evaluate_tracks,
+};
 
 use crate::Outcome;
 use crate::failure::{Failure, reason};
@@ -21,6 +24,8 @@ pub use truth::read_truth;
 pub struct Judgement {
     /// Curves and numbers.
     pub evaluation: Evaluation,
+    /// Of the tracks, where there are any, or why they cannot be judged.
+    pub tracks: Option<Result<TrackEvaluation, EvaluationError>>,
     /// Detections in frames that are not judged.
     pub detections_outside: usize,
     /// Boxes of the truth in frames that are not judged.
@@ -34,6 +39,7 @@ pub struct Judgement {
 /// When there are no frames, or a number is not finite.
 pub fn judge(
     found: &[Scored],
+    tracks: Option<&[Tracked]>,
     truth: &[TruthBox],
     frames: &Frames,
     radius: f64,
@@ -41,18 +47,24 @@ pub fn judge(
 ) -> Result<Judgement, EvaluationError> {
     let options = |range| Options { frames: range, radius, margin };
     let outside = |frame: usize| usize::from(frames.rank(frame).is_none());
-    let mut evaluation = if frames.has_gaps() {
-        let found: Vec<Scored> =
-            found.iter().filter_map(|d| Some(Scored { frame: frames.rank(d.frame)?, ..*d })).collect();
-        let truth: Vec<TruthBox> =
-            truth.iter().filter_map(|b| Some(TruthBox { frame: frames.rank(b.frame)?, ..*b })).collect();
-        evaluate(&found, &truth, &options(0..frames.count()))?
+    let (mut evaluation, tracks) = if frames.has_gaps() {
+        let rank = |frame: usize| frames.rank(frame);
+        let closed: Vec<Scored> = found.iter().filter_map(|d| Some(Scored { frame: rank(d.frame)?, ..*d })).collect();
+        let boxes: Vec<TruthBox> =
+            truth.iter().filter_map(|b| Some(TruthBox { frame: rank(b.frame)?, ..*b })).collect();
+        let close = |tracks: &[Tracked]| -> Vec<Tracked> {
+            tracks.iter().filter_map(|p| Some(Tracked { frame: rank(p.frame)?, ..*p })).collect()
+        };
+        let options = options(0..frames.count());
+        (evaluate(&closed, &boxes, &options)?, tracks.map(|tracks| evaluate_tracks(&close(tracks), &boxes, &options)))
     } else {
-        evaluate(found, truth, &options(frames.first()..frames.first() + frames.count()))?
+        let options = options(frames.first()..frames.first() + frames.count());
+        (evaluate(found, truth, &options)?, tracks.map(|tracks| evaluate_tracks(tracks, truth, &options)))
     };
     evaluation.first_frame = frames.first();
     Ok(Judgement {
         evaluation,
+        tracks,
         detections_outside: found.iter().map(|d| outside(d.frame)).sum(),
         truth_outside: truth.iter().map(|b| outside(b.frame)).sum(),
     })

@@ -92,7 +92,11 @@ fn what_was_not_processed_is_no_miss() {
     let mut found: Vec<Scored> = (0..100).step_by(2).map(|t| Scored::new(t, t as f64 + 1.5, 21.5, 1.0)).collect();
     found.extend((0..25).map(|t| Scored::new(2 * t, 90.0, 90.0, 0.5)));
     let frames = Frames::resolve(Some(&run), None, (0, None), &found, &truth).unwrap();
-    let judgement = judge(&found, &truth, &frames, 5.0, 2.0).unwrap();
+    let tracks: Vec<Tracked> =
+        (0..100).step_by(2).map(|t| Tracked { frame: t, track: 3, x: t as f64 + 1.5, y: 21.5 }).collect();
+    let judgement = judge(&found, Some(&tracks), &truth, &frames, 5.0, 2.0).unwrap();
+    let tracked = judgement.tracks.unwrap().unwrap();
+    assert_eq!((tracked.clear.mota, tracked.identity.idf1, tracked.hota.hota), (1.0, 1.0, 1.0));
     let e = &judgement.evaluation;
     assert_eq!((e.frames, e.targets, e.true_detections, e.false_detections), (50, 50, 50, 25));
     assert_eq!(e.all.point.unwrap().false_alarms, 0.5);

@@ -1,6 +1,6 @@
 //! Everything as JSON.
 
-use apgstmd_core::evaluation::Evaluation;
+use apgstmd_core::evaluation::{Evaluation, TrackEvaluation};
 use serde::Serialize;
 
 use super::Report;
@@ -25,6 +25,8 @@ struct Json<'a> {
     detections_outside: usize,
     truth_outside: usize,
     notes: Vec<String>,
+    /// Null where there are none or they cannot be judged.
+    tracks: Option<&'a TrackEvaluation>,
     #[serde(flatten)]
     evaluation: &'a Evaluation,
 }
@@ -49,6 +51,7 @@ pub fn json(report: &Report) -> String {
         detections_outside: report.judgement.detections_outside,
         truth_outside: report.judgement.truth_outside,
         notes: report.notes(),
+        tracks: report.tracks(),
         evaluation: &report.judgement.evaluation,
     };
     serde_json::to_string_pretty(&record).expect("numbers, names and lists") + "\n"

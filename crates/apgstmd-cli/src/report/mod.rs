@@ -9,7 +9,7 @@ mod table;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use apgstmd_core::evaluation::{Evaluation, OperatingPoint};
+use apgstmd_core::evaluation::{Evaluation, OperatingPoint, TrackEvaluation};
 
 use crate::judge::{Judgement, Origin};
 
@@ -75,6 +75,52 @@ impl Report {
         ]
     }
 
+    fn tracks(&self) -> Option<&TrackEvaluation> {
+        self.judgement.tracks.as_ref()?.as_ref().ok()
+    }
+
+    /// What is known of the tracks, as [`Report::facts`].
+    fn track_facts(&self) -> Vec<[String; 3]> {
+        let Some(e) = self.tracks() else { return Vec::new() };
+        let (clear, identity, hota) = (&e.clear, &e.identity, &e.hota);
+        let neutral = match e.neutral_points {
+            0 => String::new(),
+            n => format!(", {n} more on what is hidden or ignored"),
+        };
+        let row = |name: &str, value: String, remark: String| [name.to_owned(), value, remark];
+        vec![
+            row("tracks", e.tracks.to_string(), format!("of {} points{neutral}; {} targets", e.points, e.identities)),
+            row(
+                "MOTA",
+                format!("{:.3}", clear.mota),
+                format!("{} misses, {} false, {} switches", clear.misses, clear.false_positives, clear.id_switches),
+            ),
+            row(
+                "MOTP",
+                pixels(clear.motp),
+                format!("mean distance of {} matched points from their targets", clear.matched),
+            ),
+            row(
+                "IDF1",
+                format!("{:.3}", identity.idf1),
+                format!("precision {:.3}, recall {:.3}", identity.id_precision, identity.id_recall),
+            ),
+            row(
+                "HOTA",
+                format!("{:.3}", hota.hota),
+                format!("detection {:.3}, association {:.3}; mean over 19 distances", hota.det_a, hota.ass_a),
+            ),
+            row(
+                "fragmentations",
+                clear.fragmentations.to_string(),
+                format!(
+                    "{} targets mostly tracked, {} partly, {} mostly lost",
+                    clear.mostly_tracked, clear.partly_tracked, clear.mostly_lost
+                ),
+            ),
+        ]
+    }
+
     fn frames_remark(&self) -> String {
         let range = format!("{} to {}", self.frames.start(), self.frames.end());
         match &self.origin {
@@ -94,11 +140,14 @@ impl Report {
     /// What the reader should know besides.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        let Judgement { evaluation, detections_outside, truth_outside } = &self.judgement;
+        let Judgement { evaluation, tracks, detections_outside, truth_outside } = &self.judgement;
         if *detections_outside > 0 || *truth_outside > 0 {
             notes.push(format!(
                 "{detections_outside} detections and {truth_outside} boxes of the truth lie in other frames and do not count"
             ));
+        }
+        if let Some(Err(error)) = tracks {
+            notes.push(format!("the tracks are not judged: {error}"));
         }
         if self.ended_early {
             notes.push("the run ended early: only the frames that it processed are judged".to_owned());

@@ -32,6 +32,7 @@ pub fn page(report: &Report) -> String {
         truth => report.truth.display().to_string(),
         version => env!("CARGO_PKG_VERSION"),
         facts => report.facts(),
+        tracks => report.track_facts(),
         rows,
         notes => report.notes(),
         radius => report.radius.to_string(),

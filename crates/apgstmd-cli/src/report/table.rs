@@ -5,12 +5,7 @@ use super::{Report, degrees, pixels, score};
 /// The whole table.
 pub fn text(report: &Report) -> String {
     let mut text = format!("{} against {}\n\n", report.detections.display(), report.truth.display());
-    let facts = report.facts();
-    let widths = [0, 1].map(|column| facts.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    for [name, value, remark] in &facts {
-        text += format!("{name:<0$}   {value:>1$}   {remark}", widths[0], widths[1]).trim_end();
-        text.push('\n');
-    }
+    text += &facts(&report.facts());
     let mut rows = vec![
         ["false alarms/frame", "detection rate", "score at least", "position off by", "direction off by"]
             .map(str::to_owned),
@@ -31,8 +26,23 @@ pub fn text(report: &Report) -> String {
     }
     text.push('\n');
     text += &align(&rows);
+    let tracks = report.track_facts();
+    if !tracks.is_empty() {
+        text += &format!("\n{}", facts(&tracks));
+    }
     for note in report.notes() {
         text += &format!("\nnote: {note}\n");
+    }
+    text
+}
+
+/// A name, a value, a remark a line.
+fn facts(rows: &[[String; 3]]) -> String {
+    let widths = [0, 1].map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    let mut text = String::new();
+    for [name, value, remark] in rows {
+        text += format!("{name:<0$}   {value:>1$}   {remark}", widths[0], widths[1]).trim_end();
+        text.push('\n');
     }
     text
 }

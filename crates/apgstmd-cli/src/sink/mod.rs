@@ -7,7 +7,9 @@ pub mod results;
 pub mod run_json;
 pub mod scene_folder;
 pub mod table;
+pub mod tracks;
 
+use apgstmd_core::tracking::TrackPoint;
 use apgstmd_core::{Detection, Stage};
 use ndarray::Array3;
 
@@ -26,6 +28,8 @@ pub struct Seen {
     pub picture: Picture,
     /// What was found, strongest first.
     pub detections: Vec<Detection>,
+    /// Points of tracks that became certain with this frame: its own and earlier ones.
+    pub tracks: Vec<TrackPoint>,
     /// What happened inside, as far as that is to be written.
     pub maps: Vec<(Stage, Array3<f32>)>,
 }

@@ -13,6 +13,8 @@ pub const CSV: &str = "detections.csv";
 /// Tables and summary.
 pub const JSONL: &str = "detections.jsonl";
 /// Tables and summary.
+pub const TRACKS: &str = "tracks.csv";
+/// Tables and summary.
 pub const RUN: &str = "run.json";
 /// Contact strip.
 pub const STRIP: &str = "strip.png";
@@ -21,7 +23,7 @@ pub const SUMMARY: &str = "summary.txt";
 /// Folder of annotated pictures.
 pub const OVERLAY: &str = "overlay";
 
-const SINGLE_FILES: [&str; 5] = [CSV, JSONL, RUN, STRIP, SUMMARY];
+const SINGLE_FILES: [&str; 6] = [CSV, JSONL, TRACKS, RUN, STRIP, SUMMARY];
 
 /// Folders that results go to.
 #[derive(Clone, Debug)]

@@ -142,6 +142,8 @@ pub struct Found {
     pub detections: usize,
     /// Different traces.
     pub traces: usize,
+    /// Tracks; none where none were asked for.
+    pub tracks: Option<usize>,
     /// Frames with at least one detection.
     pub frames_with_detections: usize,
 }

@@ -42,7 +42,7 @@ fn rows<'a>(seen: &'a Seen) -> impl Iterator<Item = Row<'a>> {
 }
 
 /// The same time told in other units, 1/30 s or ms, is to be the same number.
-fn microseconds(time: f64) -> f64 {
+pub(super) fn microseconds(time: f64) -> f64 {
     (time * 1e6).round() / 1e6
 }
 

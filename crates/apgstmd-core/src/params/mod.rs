@@ -6,6 +6,8 @@ mod field;
 mod file;
 mod model;
 
+use std::f64::consts::TAU;
+
 use field::{Any, Between, EachBetween, Rule, check, stage_params};
 use serde::{Deserialize, Serialize};
 
@@ -308,7 +310,7 @@ stage_params! {
         /// Frames in a row that a track lives on without a detection, and never more than it had detections.
         coast: u32 = 30, Between(0, 10_000);
         /// Farthest a detection may lie from where a track is expected, standard deviations of that distance.
-        gate: f64 = 3.5, Between(0.5, 10.0);
+        gate: f64 = 3.0, Between(0.5, 10.0);
         /// Farthest it may lie however uncertain the track is, px.
         gate_limit: f64 = 24.0, Between(1.0, 1000.0);
         /// Standard deviation of a detection's place along each axis, px.
@@ -530,6 +532,20 @@ impl Params {
     /// dt as a count of frames.
     pub(crate) fn horizon(&self) -> usize {
         self.prediction.horizon as usize
+    }
+
+    /// Side of the square target that the lobula is tuned to, whole px: the diameter of the excitatory core of lateral
+    /// inhibition, where its kernel changes sign, rounded up. 5 with the constants of the paper.
+    pub fn target_size(&self) -> f64 {
+        let lobula = &self.lobula;
+        let gaussian = |sigma: f64, r: f64| (-(r / sigma).powi(2) / 2.0).exp() / (TAU * sigma.powi(2));
+        let kernel = |r: f64| {
+            let surround = lobula.surround_weight * gaussian(lobula.surround_sigma, r);
+            gaussian(lobula.center_sigma, r) - surround - lobula.offset
+        };
+        let steps = (0..=100 * lobula.radius).map(|step| f64::from(step) / 100.0);
+        let core = steps.take_while(|r| kernel(*r) > 0.0).last().unwrap_or(0.0);
+        (2.0 * core).ceil().max(1.0)
     }
 
     /// Farthest a peak may lie from where its trace was expected, px: gate + gate_frames v_opt.

@@ -115,6 +115,16 @@ mod tests {
     }
 
     #[test]
+    fn preferred_size() {
+        // sigma 1.25 and 2.5, weight 1.2: 2 sqrt(ln(4 / 1.2) / 0.24) = 4.48; sigma 1.5 and 3: 2 sqrt(ln 4 * 6) = 5.77.
+        assert_eq!(Params::for_model(Model::ApgStmd).target_size(), 5.0);
+        assert_eq!(Params::for_model(Model::Dstmd).target_size(), 6.0);
+        let mut none = Params::default();
+        none.lobula.surround_weight = 10.0;
+        assert_eq!(none.target_size(), 1.0);
+    }
+
+    #[test]
     fn every_time_constant_scales() {
         let params = Params::for_model(Model::Cascaded).for_speed(0.5).unwrap();
         let inhibition = &params.lamina_inhibition;

@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use apgstmd_core::{Detector, Frame, Machine, ParamError, Response, Size};
+use apgstmd_core::tracking::Observation;
+use apgstmd_core::{Detector, Frame, Machine, ParamError, Response, Size, Tracker};
 use indicatif::ProgressBar;
 
 use super::Options;
@@ -79,6 +80,7 @@ struct Model {
     detector: Detector,
     /// As many as frames are computed together.
     responses: Vec<Response>,
+    tracker: Option<Tracker>,
     /// Where its first picture came from.
     first: String,
 }
@@ -189,7 +191,9 @@ impl<'a> Compute<'a> {
         // Only the last frame of a block can be looked into, and live nothing may wait for others.
         let most =
             if self.options.dump.is_some() || self.options.live { 1 } else { detector.block_len().min(room(bytes)) };
-        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector })
+        let tracker = self.options.tracks.then(|| Tracker::new(picture.size(), self.options.params));
+        let tracker = tracker.transpose().map_err(Failure::usage)?;
+        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector, tracker })
     }
 
     fn process(&mut self, block: Vec<Accepted>) -> Result<(), End> {
@@ -213,15 +217,22 @@ impl<'a> Compute<'a> {
         Ok(())
     }
 
-    fn send(&self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
-        let Some(Model { detector, responses, .. }) = &self.model else { return Ok(()) };
+    fn send(&mut self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
+        let Some(Model { detector, responses, tracker, .. }) = &mut self.model else { return Ok(()) };
         let Accepted { frame, name, time, picture, decode, came, .. } = accepted;
+        let begin = Instant::now();
+        let mut tracks = Vec::new();
+        if let Some(tracker) = tracker {
+            let observation = Observation { time, ..Observation::of(frame, &responses[index], detector.lag()) };
+            tracker.process_into(&observation, &mut tracks);
+        }
+        let compute = compute + begin.elapsed();
         let begin = Instant::now();
         let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));
         let copied = wanted.iter().map(|&stage| Ok((stage, detector.probe().stage(stage).map_err(Failure::failed)?)));
         let maps = copied.collect::<Outcome<Vec<_>>>()?;
         let copy = begin.elapsed();
-        let seen = Seen { frame, name, time, picture, detections: responses[index].detections.clone(), maps };
+        let seen = Seen { frame, name, time, picture, detections: responses[index].detections.clone(), tracks, maps };
         self.bar.inc(1);
         let computed = Computed { seen, size: detector.size(), decode, compute, copy, came };
         Ok(self.results.send(computed).map_err(|_| Gone)?)

@@ -35,6 +35,8 @@ pub(super) struct Options<'a> {
     pub on_error: OnError,
     /// Inner maps that the sinks will write.
     pub dump: Option<&'a DumpSettings>,
+    /// Whether the sinks want tracks.
+    pub tracks: bool,
     pub quiet: bool,
     /// Only the newest frame is computed, the others are dropped.
     pub live: bool,
@@ -136,7 +138,7 @@ fn feed<'s>(
             .spawn_scoped(scope, move || compute.run(ahead))
             .map_err(|error| Failure::failed(format_args!("cannot start a thread: {}", reason(&error))))?;
         let mut delays = Vec::new();
-        let written = write(results, open, sinks, report, bar, &mut delays);
+        let written = write(results, open, sinks, report, options, bar, &mut delays);
         // Whoever still waits to hand something on has been told by now.
         let (left, computed) = computing.join().unwrap_or_else(|panic| resume_unwind(panic));
         report.skipped = left.skipped;
@@ -155,6 +157,7 @@ fn write<'s>(
     open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
+    options: &Options<'_>,
     bar: &ProgressBar,
     delays: &mut Vec<f64>,
 ) -> Outcome {
@@ -179,6 +182,11 @@ fn write<'s>(
         report.found.frames_with_detections += usize::from(!seen.detections.is_empty());
         traces.extend(seen.detections.iter().map(|detection| detection.trace));
         report.found.traces = traces.len();
+        if options.tracks {
+            // Numbered from 0 as they are confirmed.
+            let newest = seen.tracks.iter().map(|point| point.track as usize + 1).max();
+            report.found.tracks = report.found.tracks.max(newest).or(Some(0));
+        }
         bar.set_message(format!("{} detections", report.found.detections));
     }
     Ok(())
@@ -276,6 +284,7 @@ mod tests {
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
+            tracks: false,
             quiet: true,
             live: true,
             stride: 1,
@@ -308,6 +317,7 @@ mod tests {
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
+            tracks: false,
             quiet: true,
             live: false,
             stride: 1,

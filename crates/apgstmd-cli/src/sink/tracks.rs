@@ -1,0 +1,238 @@
+//! Tracks: tracks.csv, MOTChallenge text, COCO JSON.
+//!
+//! A point is written when it has become certain (see `apgstmd_core::tracking`), so rows are not in the order of frames:
+//! a track's first points come with its confirmation, those of an occlusion when it is seen again. What has been written
+//! stays. The two tables are written in whole rows, the rows of a frame at once; COCO JSON, which is valid only as a
+//! whole, at the end of the run, beside its place and then moved there.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::Size;
+use apgstmd_core::tracking::TrackPoint;
+use serde::Serialize;
+
+use super::table::microseconds;
+use super::{Seen, Sink};
+use crate::Outcome;
+use crate::failure::Failure;
+
+/// Columns of tracks.csv.
+pub const COLUMNS: &str = "frame,time_s,track,x,y,vx,vy,score,state,age";
+
+/// A text that grows by whole rows.
+struct Rows {
+    path: PathBuf,
+    file: File,
+    text: String,
+}
+
+impl Rows {
+    fn new(path: &Path) -> Outcome<Self> {
+        let file = File::create(path).map_err(|error| Failure::write(path, error))?;
+        Ok(Self { path: path.to_owned(), file, text: String::new() })
+    }
+
+    fn flush(&mut self) -> Outcome {
+        if !self.text.is_empty() {
+            self.file.write_all(self.text.as_bytes()).map_err(|error| Failure::write(&self.path, error))?;
+            self.text.clear();
+        }
+        Ok(())
+    }
+}
+
+/// tracks.csv.
+pub struct TracksCsv(Rows);
+
+impl TracksCsv {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn new(path: &Path) -> Outcome<Self> {
+        let mut rows = Rows::new(path)?;
+        rows.text += COLUMNS;
+        rows.text.push('\n');
+        rows.flush()?;
+        Ok(Self(rows))
+    }
+}
+
+impl Sink for TracksCsv {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
+        for point in &seen.tracks {
+            let TrackPoint { frame, track, x, y, vx, vy, score, state, age, .. } = point;
+            let time = point.time.map_or(String::new(), |time| microseconds(time).to_string());
+            // A thousandth of a pixel, and of a pixel a frame, is far below what is known.
+            let row =
+                format_args!("{frame},{time},{track},{x:.3},{y:.3},{vx:.4},{vy:.4},{score},{},{age}", state.name());
+            let _ = writeln!(self.0.text, "{row}");
+        }
+        self.0.flush()
+    }
+}
+
+/// MOTChallenge text: `frame,id,left,top,width,height,conf,-1,-1,-1`; frames, ids and pixels count from 1.
+pub struct Mot {
+    rows: Rows,
+    side: f64,
+}
+
+impl Mot {
+    /// Starts empty; a box of `side` px stands for each point.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn new(path: &Path, side: f64) -> Outcome<Self> {
+        Ok(Self { rows: Rows::new(path)?, side })
+    }
+}
+
+impl Sink for Mot {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
+        for point in &seen.tracks {
+            let (x, y) = corner(point, self.side);
+            let (frame, id, side) = (point.frame + 1, point.track + 1, self.side);
+            let row = format_args!("{frame},{id},{:.3},{:.3},{side},{side},{},-1,-1,-1", x + 1.0, y + 1.0, point.score);
+            let _ = writeln!(self.rows.text, "{row}");
+        }
+        self.rows.flush()
+    }
+}
+
+/// Upper left edge of the box around a point, pixel i lying between edge i and edge i + 1.
+fn corner(point: &TrackPoint, side: f64) -> (f64, f64) {
+    (point.x + 0.5 - side / 2.0, point.y + 0.5 - side / 2.0)
+}
+
+/// COCO JSON: an image for each frame, an annotation for each point.
+pub struct Coco {
+    path: PathBuf,
+    /// Where it grows.
+    beside: PathBuf,
+    side: f64,
+    images: Vec<Image>,
+    points: Vec<TrackPoint>,
+}
+
+#[derive(Serialize)]
+struct Image {
+    id: usize,
+    file_name: String,
+    width: usize,
+    height: usize,
+    frame: usize,
+}
+
+#[derive(Serialize)]
+struct Annotation {
+    id: usize,
+    image_id: usize,
+    category_id: usize,
+    /// x, y, width, height; x, y is the upper left edge.
+    bbox: [f64; 4],
+    area: f64,
+    iscrowd: u8,
+    score: f32,
+    track_id: u64,
+    /// The point itself, pixel centres at integers.
+    center: [f64; 2],
+    state: &'static str,
+}
+
+#[derive(Serialize)]
+struct Category {
+    id: usize,
+    name: &'static str,
+    supercategory: &'static str,
+}
+
+#[derive(Serialize)]
+struct Info {
+    description: &'static str,
+    version: &'static str,
+}
+
+#[derive(Serialize)]
+struct Dataset<'a> {
+    info: Info,
+    licenses: [(); 0],
+    images: &'a [Image],
+    annotations: Vec<Annotation>,
+    categories: [Category; 1],
+}
+
+impl Coco {
+    /// Sees at once whether it will be able to write; a box of `side` px stands for each point.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn new(path: &Path, side: f64) -> Outcome<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let beside = path.with_file_name(name);
+        // The place is named as the user knows it.
+        File::create(&beside).map_err(|error| Failure::write(path, error))?;
+        Ok(Self { path: path.to_owned(), beside, side, images: Vec::new(), points: Vec::new() })
+    }
+
+    fn annotations(&mut self) -> Vec<Annotation> {
+        self.points.sort_by_key(|point| (point.frame, point.track));
+        let side = self.side;
+        let annotation = |(index, point): (usize, &TrackPoint)| {
+            let (x, y) = corner(point, side);
+            Annotation {
+                id: index + 1,
+                image_id: point.frame + 1,
+                category_id: 1,
+                bbox: [thousandths(x), thousandths(y), side, side],
+                area: side * side,
+                iscrowd: 0,
+                score: point.score,
+                track_id: point.track,
+                center: [thousandths(point.x), thousandths(point.y)],
+                state: point.state.name(),
+            }
+        };
+        self.points.iter().enumerate().map(annotation).collect()
+    }
+}
+
+impl Sink for Coco {
+    fn frame(&mut self, seen: &Seen) -> Outcome {
+        let Size { height, width } = seen.picture.size();
+        let (id, frame, file_name) = (seen.frame + 1, seen.frame, seen.name.clone());
+        self.images.push(Image { id, file_name, width, height, frame });
+        self.points.extend(&seen.tracks);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Outcome {
+        let annotations = self.annotations();
+        let dataset = Dataset {
+            info: Info { description: "tracks found by apgstmd", version: env!("CARGO_PKG_VERSION") },
+            licenses: [],
+            images: &self.images,
+            annotations,
+            categories: [Category { id: 1, name: "target", supercategory: "target" }],
+        };
+        let text = serde_json::to_string(&dataset).map_err(|error| Failure::write(&self.path, error))?;
+        fs::write(&self.beside, text + "\n")
+            .and_then(|()| fs::rename(&self.beside, &self.path))
+            .map_err(|error| Failure::write(&self.path, error))
+    }
+}
+
+impl Drop for Coco {
+    fn drop(&mut self) {
+        // Moved away by `finish`, unless that failed.
+        let _ = fs::remove_file(&self.beside);
+    }
+}
+
+fn thousandths(value: f64) -> f64 {
+    (1000.0 * value).round() / 1000.0
+}
