@@ -50,6 +50,29 @@ def test_tracks_of_a_run(folder: Path, tmp_path: Path) -> None:
     assert len(none.tracks) == 0 and len(none.detections) == len(run.detections)
 
 
+def test_a_target_behind_something_keeps_its_id(tmp_path: Path) -> None:
+    """Hidden for some 20 frames by what looks like the background; prediction says where it goes on."""
+    dice = np.random.default_rng(3)
+    noise = dice.normal(0, 1, (84, 164))
+    texture = np.sum([noise[i : i + 80, j : j + 160] for i in range(5) for j in range(5)], axis=0)
+    background = np.clip(170 + 5 * texture, 100, 255).astype(np.uint8)
+    for t in range(120):
+        frame = background.copy()
+        frame[38:43, 18 + t : 23 + t] = 20
+        frame[:, 80:100] = background[:, 80:100]
+        write_png(tmp_path / f"{t:03}.png", frame)
+    tracks = apgstmd.run(tmp_path, speed=1.0).tracks
+    best = tracks[tracks.track == tracks.track[np.argmax(tracks.score)]]
+    off = np.hypot(best.x - 20 - best.frame, best.y - 40)
+    hidden = best.state == "coasting"
+    assert best.frame[-1] == 119 and len(best) > 100
+    assert hidden.sum() > 10 and np.all(best.score[hidden] > 0), "the response guides it"
+    assert np.all(off[5:] < 5), off
+    blind = apgstmd.run(tmp_path, speed=1.0, tracking_guide=False).tracks
+    off_blind = np.hypot(blind.x - 20 - blind.frame, blind.y - 40)[blind.state == "coasting"]
+    assert off_blind.max() > 1.5 * off[hidden].max()
+
+
 def test_every_form_of_tracks_is_judged_the_same(tmp_path: Path) -> None:
     scene = small()
     out = tmp_path / "out"

@@ -6,10 +6,10 @@
 use super::Observation;
 use super::motion::Motion;
 
-/// Standard deviations of the expected place within which the maximum is looked for.
+/// Standard deviations of the expected place within which the maximum is looked for, besides the lag: a target that
+/// vanishes is detected for some frames where it vanished, which holds its track back by about so much.
 const REACH: f64 = 2.0;
-/// Least and greatest such distance, px.
-const LEAST: f64 = 2.0;
+/// Greatest such distance, px.
 const MOST: f64 = 8.0;
 /// A maximum this close to a detection, px, is that one's.
 const CLAIMED: f64 = 6.0;
@@ -20,7 +20,7 @@ pub(super) fn response_near(expected: &Motion, shift: (f64, f64), seen: &Observa
     let map = seen.map?;
     let ahead = ahead(expected, shift, f64::from(seen.lag));
     let center = (expected.place.0 - ahead.0, expected.place.1 - ahead.1);
-    let radius = (REACH * expected.variance().sqrt()).clamp(LEAST, MOST);
+    let radius = (REACH * expected.variance().sqrt()).min(MOST) + ahead.0.hypot(ahead.1);
     let (height, width) = map.dim();
     let range = |center: f64, side: usize| {
         let end = ((center + radius).floor() + 1.0).clamp(0.0, side as f64) as usize;

@@ -4,8 +4,8 @@
 //! Each track is a constant-velocity Kalman filter relative to the background, whose shift the detector reports. In each
 //! frame the tracks that are established choose among the detections first, then the new ones among the rest; each time
 //! the matching with the greatest total likelihood is taken, among pairs within the gate. The likelihood knows the
-//! distance, the direction of the detection and whether the detector linked it to the track's last one. What is left
-//! begins tracks. A track without a detection coasts; while it does, the maximum of the response Q near where it is
+//! distance, the direction of the detection and whether the detector linked it to the track's last one. A detection that is
+//! weaker than the track's usual ones is trusted less about the place, in proportion. What is left begins tracks. A track without a detection coasts; while it does, the maximum of the response Q near where it is
 //! expected, which is what prediction makes of a hidden target, guides it.
 //!
 //! **Points come when they are certain, and never change.** Those of a new track are reported, from its first detection

@@ -196,6 +196,27 @@ fn a_shaking_camera_shakes_no_track() {
     assert_ne!(shake(false).get(&0).map(Vec::len), Some(90), "the shift is what holds it");
 }
 
+/// What vanishes is detected a little longer where it vanished, ever weaker: that must not stop the track.
+#[test]
+fn a_fading_echo_does_not_hold_a_track_back() {
+    let x = |t: usize| 50.0 + t as f64;
+    let run = |fading: f32| {
+        track(&params(), 90, |t| {
+            let seen = match t {
+                0..40 | 60.. => vec![at(x(t), 100.0, 0.0)],
+                40..46 => vec![Detection { score: fading.powi(t as i32 - 39), ..at(x(40), 100.0, 0.0) }],
+                _ => vec![],
+            };
+            (seen, (0.0, 0.0))
+        })
+    };
+    let farthest = |found: &Found| found[&0].iter().map(|p| off(p, (x(p.frame), 100.0))).fold(0.0, f64::max);
+    let found = run(0.3);
+    assert!(found.len() == 1 && farthest(&found) < 5.0, "{}", farthest(&found));
+    let strong = farthest(&run(1.0));
+    assert!(strong > 10.0, "a strong one is believed: {strong}");
+}
+
 /// A target turns behind an occluder: its own motion leads astray, the response shows where it is.
 #[test]
 fn the_response_guides_a_track_that_coasts() {

@@ -7,6 +7,11 @@ use crate::detection::Detection;
 use crate::frame::Size;
 use crate::params::TrackingParams;
 
+/// Share of the newest score in a track's usual one.
+const NEWEST: f64 = 0.1;
+/// However weak a detection is, the variance of its place grows by no more than this.
+const MOST_DOUBT: f64 = 1e3;
+
 /// Beyond the border by more than this, px, a track has left the picture.
 const OUTSIDE: f64 = 8.0;
 
@@ -23,6 +28,8 @@ pub(super) struct Track {
     pub hits: u32,
     /// Frames in a row without one.
     pub missed: u32,
+    /// Running mean of its detections' scores.
+    usual: f64,
     /// Trace of its last detection.
     pub trace: u64,
     /// Points that wait for its confirmation, or for it to be seen again.
@@ -36,12 +43,19 @@ impl Track {
         (self.id, self.birth) = (None, birth);
         self.motion = motion;
         (self.age, self.hits, self.missed, self.trace) = (0, 1, 0, detection.trace);
+        self.usual = f64::from(detection.score);
         self.waiting.clear();
         self.wait(seen, detection.score, TrackState::Confirmed);
     }
 
     pub fn follow(&mut self, detection: &Detection, seen: &Observation<'_>, noise: &Noise) {
-        self.motion.update((f64::from(detection.x), f64::from(detection.y)), noise.detection);
+        // What has just vanished leaves an echo that fades where it was: the weaker, the less it tells.
+        let score = f64::from(detection.score);
+        let doubt = if score > 0.0 { (self.usual / score).clamp(1.0, MOST_DOUBT) } else { MOST_DOUBT };
+        self.motion.update((f64::from(detection.x), f64::from(detection.y)), doubt * noise.detection);
+        if score.is_finite() {
+            self.usual += NEWEST * (score - self.usual);
+        }
         self.hits = self.hits.saturating_add(1);
         (self.missed, self.trace) = (0, detection.trace);
         self.wait(seen, detection.score, TrackState::Confirmed);
