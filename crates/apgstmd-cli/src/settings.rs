@@ -11,7 +11,7 @@ use apgstmd_core::{MOST_THREADS, Machine, MissingStage, Model, ParamError, Param
 use crate::Outcome;
 use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Switch};
 use crate::failure::{Failure, reason, without_snippet};
-use crate::sink::results::TRACKS;
+use crate::sink::results::{SINGLE_FILES, TRACKS};
 use crate::source::{Input, InputFlags, Selection, Span};
 
 /// Frames a second that something can have: one a day to a million.
@@ -97,6 +97,11 @@ impl TrackSettings {
         let files = [("--mot", &args.mot), ("--coco", &args.coco)];
         for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
             check_file(flag, file, &args.input, args.force)?;
+            if let Destination::Folder(folder) = destination
+                && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(file))
+            {
+                return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
+            }
         }
         if let (Some(mot), Some(coco)) = (&args.mot, &args.coco)
             && same_place(mot) == same_place(coco)
@@ -131,7 +136,6 @@ fn check_file(flag: &str, file: &Path, input: &Path, force: bool) -> Outcome {
         return Err(Failure::failed(format_args!("{} is there already", file.display()))
             .hint(format_args!("choose another file with {flag}, or replace it with --force")));
     }
-    // The folder of the results may be made on the way; any other must be there.
     Ok(())
 }
 

@@ -166,7 +166,7 @@ fn tracks_beside_a_pipe() {
 fn nonsense_on_the_command_line() {
     let frames = folder(3);
     let (parent, out) = results();
-    let cases: [(&str, i32, &[&str]); 9] = [
+    let cases: [(&str, i32, &[&str]); 11] = [
         ("--box-size 5", 2, &["--box-size is for --mot and --coco"]),
         ("--mot a.txt --box-size 0", 2, &["--box-size is 0", "above 0"]),
         ("--mot a.txt --box-size nan", 2, &["--box-size is NaN"]),
@@ -174,6 +174,8 @@ fn nonsense_on_the_command_line() {
         ("--mot -", 2, &["--mot needs the name of a file"]),
         ("--coco {in}", 2, &["--coco needs the name of a file"]),
         ("--mot a.txt --coco ./a.txt", 2, &["both a.txt"]),
+        ("--mot {out}/tracks.csv", 2, &["another result's name"]),
+        ("--coco {out}/run.json --force", 2, &["another result's name"]),
         ("--mot {in}/f_0.png", 1, &["is there already"]),
         ("--coco {in}/no/a.json", 1, &["cannot write", "a.json"]),
     ];

@@ -23,7 +23,8 @@ pub const SUMMARY: &str = "summary.txt";
 /// Folder of annotated pictures.
 pub const OVERLAY: &str = "overlay";
 
-const SINGLE_FILES: [&str; 6] = [CSV, JSONL, TRACKS, RUN, STRIP, SUMMARY];
+/// All that stand in the folder itself.
+pub const SINGLE_FILES: [&str; 6] = [CSV, JSONL, TRACKS, RUN, STRIP, SUMMARY];
 
 /// Folders that results go to.
 #[derive(Clone, Debug)]
