@@ -100,6 +100,39 @@ fn one_target_is_one_track_in_every_form() {
     }
 }
 
+/// Pictures that cannot be used count as time that passes; those that --step passes over do not, as for the detector.
+#[test]
+fn tracks_go_on_over_frames_left_out() {
+    let frames = folder(60);
+    for frame in [30, 31, 32, 45] {
+        fs::write(frames.path().join(format!("f_{frame}.png")), "no picture").unwrap();
+    }
+    let (_parent, out) = results();
+    apgstmd("run {in} --out {out} --speed 1 --fps 8 --on-error skip", frames.path(), &out).ok();
+    let found = rows(&out.join("tracks.csv"));
+    let moves: Vec<_> = found.iter().filter(|row| number(row, "track") == 0.0).collect();
+    let (first, last) = (number(&found[0], "frame"), moves[moves.len() - 1]);
+    assert!((number(last, "vx") - 1.0).abs() < 0.3, "{last:?}");
+    for row in moves {
+        let frame = number(row, "frame");
+        assert_eq!((number(row, "age"), number(row, "time_s")), (frame - first, frame / 8.0), "{row:?}");
+        // The detector, which knows no gaps, is late for a moment.
+        let off = (number(row, "x") - column(frame as usize)).hypot(number(row, "y") - ROW);
+        assert!(off < 5.0, "{row:?}");
+    }
+    let numbers: Vec<f64> = found.iter().map(|row| number(row, "frame")).collect();
+    assert!(numbers.contains(&29.0) && !numbers.contains(&31.0) && numbers.contains(&59.0), "{numbers:?}");
+
+    apgstmd("run {in} --out {out} --speed 2 --fps 8 --step 2 --start 1 --stop 31 --force", frames.path(), &out).ok();
+    let found = rows(&out.join("tracks.csv"));
+    assert!(found.len() > 5);
+    for row in found {
+        let frame = number(&row, "frame");
+        assert!((frame - 1.0) % 2.0 == 0.0 && number(&row, "time_s") == frame / 8.0, "{row:?}");
+        assert!(number(&row, "age") <= (frame - 1.0) / 2.0, "{row:?}");
+    }
+}
+
 #[test]
 fn table_and_page_tell_of_tracks() {
     let parent = tempfile::tempdir().unwrap();

@@ -20,7 +20,7 @@ use crate::sink::results::{self, Results};
 use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, Target};
 use crate::sink::{Seen, Sink};
-use crate::source::{FrameSource, SceneFrames, Selection};
+use crate::source::{FrameSource, SceneFrames, Selection, Span};
 
 pub(crate) fn main(args: DemoArgs) -> Outcome {
     let threads = resolve_threads(args.threads)?;
@@ -44,7 +44,7 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
         tracks: false,
         quiet: args.quiet,
         live: false,
-        stride: 1,
+        span: Span::ALL,
     };
     let all = Selection::all(scene.frames);
     let sources = all.turns(readers(threads));

@@ -39,7 +39,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         tracks: settings.tracks.any(),
         quiet: settings.quiet,
         live: source.is_live(),
-        stride: settings.span.stride(),
+        span: settings.span,
     };
     let mut report = drive(sources, &options, || open_sinks(&settings, &results));
     if report.empty && source.count() > 0 {

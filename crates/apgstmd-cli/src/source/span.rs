@@ -109,6 +109,19 @@ impl Span {
         self.step.frames().unwrap_or(1)
     }
 
+    /// How many steps there are from one used frame to a later one, each with its time: 1, or more where frames that
+    /// might have been used were left out.
+    pub fn steps(&self, from: (usize, Option<f64>), to: (usize, Option<f64>)) -> usize {
+        let frames = to.0.saturating_sub(from.0);
+        let steps = match (self.step, from.1, to.1) {
+            (Place::Frames(step), ..) => frames / step,
+            // A step shorter than a frame uses every frame.
+            (Place::Seconds(step), Some(from), Some(to)) => ((to - from) / step).round().min(frames as f64) as usize,
+            (Place::Seconds(_), ..) => frames,
+        };
+        steps.max(1)
+    }
+
     /// The frames used of `count` that are `rate` a second.
     ///
     /// # Errors
@@ -296,6 +309,22 @@ mod tests {
         assert_eq!(of("0.2s", None, "2"), of("6", None, "2"));
         assert_eq!(of("0", Some("7"), "0.05s"), [0, 2, 3, 5, 6]);
         assert_eq!(of("0", Some("4"), "0.001s"), [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn frames_left_out_are_steps() {
+        let steps = |step: &str, from: usize, to: usize, rate: f64| {
+            let at = |frame: usize| (frame, Some(frame as f64 / rate));
+            span("0", None, step).unwrap().steps(at(from), at(to))
+        };
+        assert_eq!((steps("1", 3, 4, 30.0), steps("1", 3, 9, 30.0)), (1, 6));
+        assert_eq!((steps("3", 3, 6, 30.0), steps("3", 3, 12, 30.0)), (1, 3));
+        assert_eq!((steps("0.1s", 3, 6, 30.0), steps("0.1s", 3, 12, 30.0)), (1, 3));
+        // 0, 3, 5, 8, ... of 25 a second.
+        assert_eq!((steps("0.1s", 0, 3, 25.0), steps("0.1s", 3, 5, 25.0), steps("0.1s", 0, 8, 25.0)), (1, 1, 3));
+        assert_eq!((steps("0.001s", 3, 4, 30.0), steps("0.001s", 3, 6, 30.0)), (1, 3));
+        assert_eq!(Span::ALL.steps((3, None), (5, None)), 2);
+        assert_eq!(span("0", None, "1s").unwrap().steps((3, Some(2.0)), (5, Some(1.0))), 1, "times that run back");
     }
 
     /// Times that a container rounded to a millisecond choose the frames that exact ones do.

@@ -65,7 +65,7 @@ pub struct TrackPoint {
     pub score: f32,
     /// Whether there was a detection.
     pub state: TrackState,
-    /// Frames since its first detection.
+    /// Steps since its first detection.
     pub age: u32,
 }
 
@@ -95,9 +95,12 @@ pub struct Observation<'a> {
     pub frame: usize,
     /// Its time, seconds, where known; points repeat it.
     pub time: Option<f64>,
+    /// Steps since the frame before: 1, and one more for each frame that was left out in between. Velocities are those of a
+    /// step.
+    pub steps: u32,
     /// The detections, in any order.
     pub detections: &'a [Detection],
-    /// Shift of the background since the frame before, (x, y) px.
+    /// Shift of the background since the frame before, in all of these steps together, (x, y) px.
     pub background_shift: (f32, f32),
     /// The response Q, (rows, columns), to guide tracks that coast.
     pub map: Option<ArrayView2<'a, f32>>,
@@ -108,7 +111,7 @@ pub struct Observation<'a> {
 impl<'a> Observation<'a> {
     /// Detections alone, before a still background.
     pub fn new(frame: usize, detections: &'a [Detection]) -> Self {
-        Self { frame, time: None, detections, background_shift: (0.0, 0.0), map: None, lag: 0.0 }
+        Self { frame, time: None, steps: 1, detections, background_shift: (0.0, 0.0), map: None, lag: 0.0 }
     }
 
     /// Everything that a detector with this [`crate::Detector::lag`] reports.
@@ -122,7 +125,9 @@ impl<'a> Observation<'a> {
     }
 }
 
-/// Links detections to tracks, frame by frame. Times are counted in the frames it is given.
+/// Links detections to tracks, frame by frame. Times are counted in steps: one a frame, more where
+/// [`Observation::steps`] says so. Frames that were left out bear no witness: they move a track on and let it coast, but
+/// whether it is confirmed depends on the frames it was given.
 ///
 /// The same frames give the same tracks to the bit. Once it has seen as many tracks as there ever are, it allocates only
 /// where several tracks compete for several detections.
@@ -174,12 +179,15 @@ impl Tracker {
     /// Detections whose place is not finite are left aside.
     pub fn process_into(&mut self, seen: &Observation<'_>, points: &mut Vec<TrackPoint>) {
         points.clear();
+        let steps = seen.steps.max(1);
         let shift = finite(seen.background_shift);
+        let shift = (shift.0 / f64::from(steps), shift.1 / f64::from(steps));
         let drifted = |drift: f64, shift: f64| drift + self.newest * (shift - drift);
         self.drift = (drifted(self.drift.0, shift.0), drifted(self.drift.1, shift.1));
         for track in &mut self.living {
-            track.motion.predict(shift, &self.noise);
-            track.age += 1;
+            track.motion.predict(steps, shift, &self.noise);
+            track.age = track.age.saturating_add(steps);
+            track.given = track.given.saturating_add(1);
         }
         let established = self.living.partition_point(|track| track.id.is_some());
         self.association.begin(seen.detections);

@@ -43,12 +43,19 @@ impl Motion {
         Self { place, velocity, covariance: [noise.detection, 0.0, noise.velocity] }
     }
 
-    /// To the next frame, in which the background has moved by `shift`.
-    pub fn predict(&mut self, shift: (f64, f64), noise: &Noise) {
-        self.place = (self.place.0 + self.velocity.0 + shift.0, self.place.1 + self.velocity.1 + shift.1);
+    /// To the frame `steps` later, the background having moved by `shift` in each of them.
+    pub fn predict(&mut self, steps: u32, shift: (f64, f64), noise: &Noise) {
+        let n = f64::from(steps);
+        self.place =
+            (self.place.0 + n * self.velocity.0 + n * shift.0, self.place.1 + n * self.velocity.1 + n * shift.1);
         let [place, both, velocity] = self.covariance;
+        // The sum over steps of what [1/4, 1/2, 1] of one step becomes in the steps after it.
         let a = noise.acceleration;
-        self.covariance = [place + 2.0 * both + velocity + a / 4.0, both + velocity + a / 2.0, velocity + a];
+        self.covariance = [
+            place + 2.0 * n * both + n * n * velocity + a * (n * (4.0 * n * n - 1.0) / 12.0),
+            both + n * velocity + a * n * n / 2.0,
+            velocity + a * n,
+        ];
     }
 
     /// Takes in a place that was seen with this variance.
@@ -83,7 +90,7 @@ mod tests {
         let quiet = noise(0.0);
         let mut motion = Motion::begin((seen[0], -seen[0]), (0.0, 0.0), &quiet);
         for x in &seen[1..] {
-            motion.predict((0.0, 0.0), &quiet);
+            motion.predict(1, (0.0, 0.0), &quiet);
             motion.update((*x, -x), quiet.detection);
         }
         let n = seen.len() as f64;
@@ -104,10 +111,26 @@ mod tests {
         let noise = noise(0.01);
         let mut still = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
         let mut shaken = still;
-        still.predict((0.0, 0.0), &noise);
-        shaken.predict((7.0, -3.0), &noise);
+        still.predict(1, (0.0, 0.0), &noise);
+        shaken.predict(1, (7.0, -3.0), &noise);
         assert_eq!(shaken.place, (still.place.0 + 7.0, still.place.1 - 3.0));
         assert_eq!((shaken.velocity, shaken.covariance), (still.velocity, still.covariance));
+    }
+
+    #[test]
+    fn several_steps_are_so_many_single_ones() {
+        let noise = noise(0.3);
+        for steps in 1..20 {
+            let mut single = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
+            single.predict(1, (0.0, 0.0), &noise);
+            let mut several = single;
+            (0..steps).for_each(|_| single.predict(1, (0.5, -2.0), &noise));
+            several.predict(steps, (0.5, -2.0), &noise);
+            assert_eq!((several.place, several.velocity), (single.place, single.velocity));
+            for (a, b) in several.covariance.iter().zip(single.covariance) {
+                assert!((a - b).abs() < 1e-12 * b, "{steps}: {a} {b}");
+            }
+        }
     }
 
     #[test]
@@ -115,13 +138,13 @@ mod tests {
         let noise = noise(0.01);
         let mut motion = Motion::begin((0.0, 0.0), (1.0, 0.0), &noise);
         for _ in 0..50 {
-            motion.predict((0.0, 0.0), &noise);
+            motion.predict(1, (0.0, 0.0), &noise);
             motion.update(motion.place, noise.detection);
         }
         let settled = motion.variance();
         let mut last = settled;
         for _ in 0..30 {
-            motion.predict((0.0, 0.0), &noise);
+            motion.predict(1, (0.0, 0.0), &noise);
             assert!(motion.variance() > last);
             last = motion.variance();
         }

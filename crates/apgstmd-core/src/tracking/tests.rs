@@ -116,6 +116,69 @@ fn a_track_that_is_not_seen_again_ends_with_its_last_detection() {
     }
 }
 
+/// Frames that were left out: velocities and ages are those of steps, and the ids stay.
+#[test]
+fn frames_left_out_are_predicted_over() {
+    let mut dice = Dice(13);
+    let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+    let (mut points, mut all) = (Vec::new(), Found::new());
+    // The camera drifts by 0.5 px a step. The second target comes towards the first.
+    let place = |which: u64, t: usize| match which {
+        0 => (30.0 + 1.5 * t as f64, 100.0),
+        _ => (280.0 - 0.5 * t as f64, 104.0),
+    };
+    let (mut frame, mut steps) = (0, 1);
+    while frame < 160 {
+        let detections = [(0, 0.0), (1, PI)].map(|(which, direction)| {
+            let (x, y) = place(which, frame);
+            at(x + 0.5 * dice.roll(), y + 0.5 * dice.roll(), direction)
+        });
+        let background_shift = (0.5 * steps as f32, 0.0);
+        let seen = Observation { steps: steps as u32, background_shift, ..Observation::new(frame, &detections) };
+        tracker.process_into(&seen, &mut points);
+        points.iter().for_each(|point| all.entry(point.track).or_default().push(*point));
+        steps = 1 + (3.0 + 3.0 * dice.roll()) as usize;
+        frame += steps;
+    }
+    assert_eq!(all.len(), 2);
+    for (which, points) in &all {
+        assert!(points.len() > 30 && points.iter().all(|point| point.age as usize == point.frame));
+        assert!(points.iter().all(|point| off(point, place(*which, point.frame)) < 2.0));
+        let last = points[points.len() - 1];
+        let expected = if *which == 0 { 1.0 } else { -1.0 };
+        assert!((last.vx - expected).abs() < 0.2 && last.vy.abs() < 0.2, "{last:?}");
+    }
+}
+
+/// As long without a detection, in steps, as if every frame had been given.
+#[test]
+fn frames_left_out_let_it_coast() {
+    let ids = |gap: usize, given: &[usize]| {
+        let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+        let (mut points, mut ids, mut last) = (Vec::new(), std::collections::BTreeSet::new(), None);
+        for t in (0..40).chain(given.iter().map(|t| 40 + t)).chain(40 + gap..60 + gap) {
+            let hidden = (40..40 + gap).contains(&t);
+            let seen = [at(50.0 + t as f64, 50.0, 0.0)];
+            let detections = if hidden { &[] } else { &seen[..] };
+            let steps = last.map_or(1, |last| t - last) as u32;
+            tracker.process_into(&Observation { steps, ..Observation::new(t, detections) }, &mut points);
+            ids.extend(points.iter().map(|point| point.track));
+            last = Some(t);
+        }
+        ids.len()
+    };
+    assert_eq!((ids(30, &[0, 1, 29]), ids(31, &[0, 1, 30])), (1, 2));
+    assert_eq!(ids(30, &[]), 1, "nothing was looked at: nothing was missed");
+    let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+    let mut points = Vec::new();
+    for t in 0..10 {
+        let seen = [at(50.0, 50.0, 0.0)];
+        let steps = if t % 2 == 0 { 0 } else { u32::MAX };
+        tracker.process_into(&Observation { steps, ..Observation::new(t, &seen) }, &mut points);
+        assert!(points.iter().all(|point| point.x.is_finite() && point.vx.is_finite()));
+    }
+}
+
 #[test]
 fn points_of_a_new_track_come_with_its_confirmation() {
     let mut tracker = Tracker::new(SIZE, &params()).unwrap();

@@ -22,11 +22,15 @@ pub(super) struct Track {
     /// Which one it was to begin.
     pub birth: u64,
     pub motion: Motion,
-    /// Frames since its first detection.
+    /// Steps since its first detection.
     pub age: u32,
+    /// Frames since then, that one included.
+    pub given: u32,
     /// Detections so far.
     pub hits: u32,
-    /// Frames in a row without one.
+    /// Steps that led to one.
+    followed: u32,
+    /// Steps since the last one.
     pub missed: u32,
     /// Running mean of its detections' scores.
     usual: f64,
@@ -42,7 +46,8 @@ impl Track {
     pub fn begin(&mut self, birth: u64, motion: Motion, detection: &Detection, seen: &Observation<'_>) {
         (self.id, self.birth) = (None, birth);
         self.motion = motion;
-        (self.age, self.hits, self.missed, self.trace) = (0, 1, 0, detection.trace);
+        (self.age, self.given, self.hits, self.followed) = (0, 1, 1, 1);
+        (self.missed, self.trace) = (0, detection.trace);
         self.usual = f64::from(detection.score);
         self.waiting.clear();
         self.wait(seen, detection.score, TrackState::Confirmed);
@@ -57,12 +62,13 @@ impl Track {
             self.usual += NEWEST * (score - self.usual);
         }
         self.hits = self.hits.saturating_add(1);
+        self.followed = self.followed.saturating_add(seen.steps.max(1));
         (self.missed, self.trace) = (0, detection.trace);
         self.wait(seen, detection.score, TrackState::Confirmed);
     }
 
     pub fn coast(&mut self, seen: &Observation<'_>, shift: (f64, f64), noise: &Noise, guided: bool) {
-        self.missed += 1;
+        self.missed = self.missed.saturating_add(seen.steps.max(1));
         let response = if guided { response_near(&self.motion, shift, seen) } else { None };
         if let Some((place, _)) = response {
             self.motion.update(place, noise.guide);
@@ -86,9 +92,9 @@ impl Track {
             return false;
         }
         match self.id {
-            Some(_) => self.missed <= params.coast.min(self.hits),
+            Some(_) => self.missed <= params.coast.min(self.followed),
             // Frames of its window that are still to come may all bring detections.
-            None => self.hits.saturating_add(params.birth_window.saturating_sub(self.age + 1)) >= params.birth_hits,
+            None => self.hits.saturating_add(params.birth_window.saturating_sub(self.given)) >= params.birth_hits,
         }
     }
 

@@ -81,6 +81,8 @@ struct Model {
     /// As many as frames are computed together.
     responses: Vec<Response>,
     tracker: Option<Tracker>,
+    /// The last frame computed, with its time.
+    last: Option<(usize, Option<f64>)>,
     /// Where its first picture came from.
     first: String,
 }
@@ -144,7 +146,7 @@ impl<'a> Compute<'a> {
     /// Adds a picture to the block. One that cannot be used comes after those before it have been computed.
     fn take(&mut self, read: Read, block: &mut Vec<Accepted>) -> Result<(), End> {
         let Read { arrival: Arrival { frame, name, origin, time, picture }, spent, came } = read;
-        self.left.came(frame, self.options.stride);
+        self.left.came(frame, self.options.span.stride());
         match picture.and_then(|picture| self.fits(&picture).map(|()| picture)) {
             Ok(picture) => {
                 if self.model.is_none() {
@@ -193,7 +195,7 @@ impl<'a> Compute<'a> {
             if self.options.dump.is_some() || self.options.live { 1 } else { detector.block_len().min(room(bytes)) };
         let tracker = self.options.tracks.then(|| Tracker::new(picture.size(), self.options.params));
         let tracker = tracker.transpose().map_err(Failure::usage)?;
-        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector, tracker })
+        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector, tracker, last: None })
     }
 
     fn process(&mut self, block: Vec<Accepted>) -> Result<(), End> {
@@ -218,14 +220,18 @@ impl<'a> Compute<'a> {
     }
 
     fn send(&mut self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
-        let Some(Model { detector, responses, tracker, .. }) = &mut self.model else { return Ok(()) };
+        let Some(Model { detector, responses, tracker, last, .. }) = &mut self.model else { return Ok(()) };
         let Accepted { frame, name, time, picture, decode, came, .. } = accepted;
         let begin = Instant::now();
         let mut tracks = Vec::new();
         if let Some(tracker) = tracker {
-            let observation = Observation { time, ..Observation::of(frame, &responses[index], detector.lag()) };
+            // Frames that were dropped, skipped or could not be used have passed all the same.
+            let steps = last.map_or(1, |last| self.options.span.steps(last, (frame, time)));
+            let steps = u32::try_from(steps).unwrap_or(u32::MAX);
+            let observation = Observation { time, steps, ..Observation::of(frame, &responses[index], detector.lag()) };
             tracker.process_into(&observation, &mut tracks);
         }
+        *last = Some((frame, time));
         let compute = compute + begin.elapsed();
         let begin = Instant::now();
         let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));

@@ -23,7 +23,7 @@ use crate::failure::{Failure, reason};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
 use crate::sink::run_json::{Busy, Delay, Found, Live, Skipped, Statistic, Timing};
-use crate::source::FrameSource;
+use crate::source::{FrameSource, Span};
 
 /// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
 const WAITING: usize = 2;
@@ -40,8 +40,8 @@ pub(super) struct Options<'a> {
     pub quiet: bool,
     /// Only the newest frame is computed, the others are dropped.
     pub live: bool,
-    /// Frames between used ones are no gaps.
-    pub stride: usize,
+    /// Which frames of the source are used: those between are no gaps.
+    pub span: Span,
 }
 
 /// What happened. `size` is there once a first frame was accepted, and with it the sinks.
@@ -287,7 +287,7 @@ mod tests {
             tracks: false,
             quiet: true,
             live: true,
-            stride: 1,
+            span: Span::ALL,
         };
         let sink = Slow { work, taken, late: Arc::clone(&late) };
         let report = drive(vec![Box::new(camera)], &options, || Ok(vec![Box::new(sink) as Box<dyn Sink>]));
@@ -320,7 +320,7 @@ mod tests {
             tracks: false,
             quiet: true,
             live: false,
-            stride: 1,
+            span: Span::ALL,
         };
         let report = drive(vec![Box::new(camera)], &options, || Ok(Vec::new()));
         assert_eq!((report.frames, report.left_out.len()), (15, 0));
