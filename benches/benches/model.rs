@@ -41,22 +41,23 @@ fn frames(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The time that each part takes, over `count` frames.
+fn timed(running: &mut Running, count: u64) -> Timing {
+    let mut timing = Timing::default();
+    for _ in 0..count {
+        let frame = running.frame();
+        let done = running.detector.process_timed(frame.view(), &mut running.response, &mut timing);
+        done.expect("frames of the right size");
+    }
+    timing
+}
+
 fn stages(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("stage");
     group.sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
     let mut running = Running::new(&practical(), 1, clutter(SIZES[0]), 60);
     for part in Timing::PARTS {
-        group.bench_function(*part, |bencher| {
-            bencher.iter_custom(|count| {
-                let mut timing = Timing::default();
-                for _ in 0..count {
-                    let frame = running.frame();
-                    let done = running.detector.process_timed(frame.view(), &mut running.response, &mut timing);
-                    done.expect("frames of the right size");
-                }
-                timing.of(part)
-            });
-        });
+        group.bench_function(*part, |bencher| bencher.iter_custom(|count| timed(&mut running, count).of(part)));
     }
     group.finish();
 }
@@ -90,12 +91,7 @@ fn engines(criterion: &mut Criterion) {
         let mut running = Running::new(&params, 1, clutter(SIZES[0]), 60);
         group.bench_function(name, |bencher| {
             bencher.iter_custom(|count| {
-                let mut timing = Timing::default();
-                for _ in 0..count {
-                    let frame = running.frame();
-                    let done = running.detector.process_timed(frame.view(), &mut running.response, &mut timing);
-                    done.expect("frames of the right size");
-                }
+                let timing = timed(&mut running, count);
                 timing.of("lamina") + timing.of("medulla")
             });
         });
