@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use apgstmd_core::params::{RejectionMode, Support};
 use apgstmd_core::tracking::Observation;
-use apgstmd_core::{Detection, Detector, Frame, Machine, Model, Params, Preset, Size, Stage, Tracker};
+use apgstmd_core::{
+    Bank, BankParams, Detection, Detector, Frame, Machine, Model, Params, Preset, Size, Stage, Tracker,
+};
 use apgstmd_tests::stimulus::Scene;
 use ndarray::Array2;
 
@@ -93,6 +95,27 @@ fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
     assert_eq!(again, 0, "{name}: reset");
 }
 
+fn a_bank_in_200_frames(threads: usize) {
+    let scene = Scene::lively(Size::new(64, 96), 1.0, 8);
+    let frames: Vec<Array2<u8>> = (0..50).map(|t| scene.frame(t)).collect();
+    let machine = Machine::with_threads(threads);
+    let mut bank = Bank::with_options(scene.size, &BankParams::default(), &machine).expect("valid parameters");
+    let mut response = bank.make_response();
+    let mut found = 0;
+    for t in 0..200 {
+        let frame = frames[if (t / 50) % 2 == 0 { t % 50 } else { 49 - t % 50 }].view();
+        let count = allocations(|| bank.process_into(frame, &mut response).expect("a valid frame"));
+        assert_eq!(count, 0, "bank, {threads} threads: allocations in frame {t}");
+        found += response.detections.len();
+    }
+    assert!(found >= 100, "{found} detections");
+    let again = allocations(|| {
+        bank.reset();
+        bank.process_into(frames[0].view(), &mut response).expect("a valid frame");
+    });
+    assert_eq!(again, 0, "bank: reset");
+}
+
 /// Targets that come and go, apart from each other: once there were as many tracks as there ever are.
 fn tracks_that_do_not_compete() {
     let mut tracker = Tracker::new(Size::new(100, 400), &Params::default()).expect("valid parameters");
@@ -104,8 +127,8 @@ fn tracks_that_do_not_compete() {
             x: 20.0 + 60.0 * i as f32 + 0.25 * ((t + 40 * i) % 150) as f32,
             y: 50.0,
             score: 1.0,
-            direction: 0.0,
             trace: i as u64,
+            ..Detection::default()
         };
         let mut seen = [target(0); 6];
         let mut count = 0;
@@ -125,6 +148,7 @@ fn a_frame_allocates_nothing() {
     tracks_that_do_not_compete();
     assert!(allocations(|| drop(std::hint::black_box(Box::new(1)))) == 1, "the counter must count");
     for threads in [1, 2] {
+        a_bank_in_200_frames(threads);
         let practical = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
         none_in_300_frames("practical", &practical, threads);
         let mut masked = Params::default().for_speed(1.0).expect("a valid speed");

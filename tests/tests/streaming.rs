@@ -53,7 +53,7 @@ fn a_dirty_output_is_as_good_as_a_fresh_one() {
             response.map.fill(-7.0);
             response.direction.fill(3.0);
             response.background_shift = (9.0, 9.0);
-            let junk = Detection { x: 1.0, y: 2.0, score: 3.0, direction: 4.0, trace: 5 };
+            let junk = Detection { x: 1.0, y: 2.0, score: 3.0, direction: 4.0, trace: 5, ..Detection::default() };
             response.detections.extend([junk; 7]);
             reused.process_into(frame.view(), &mut response).expect("a valid frame");
             let truth = fresh.process(frame.view()).expect("a valid frame");

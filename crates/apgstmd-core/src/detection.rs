@@ -5,19 +5,32 @@ use ndarray::Array2;
 use crate::frame::Size;
 
 /// One small moving target in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Detection {
     /// Column of the target, px, pixel centres at integers.
     pub x: f32,
     /// Row of the target, px, downward.
     pub y: f32,
-    /// Response Q at the peak: comparable between frames and clips of one parameter set.
+    /// Response Q at the peak: comparable between frames and clips of one parameter set. From a [`crate::Bank`] 0..1:
+    /// contrast x straightness^2 x sqrt(points / 60, at most 1), comparable between members, clips and settings.
     pub score: f32,
     /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up. NaN where the
     /// model has no directions.
     pub direction: f32,
     /// Number of the trace that links this target from frame to frame, counted from 0 since the last reset.
     pub trace: u64,
+    /// Frames in which this trace had a peak so far, this one included.
+    pub points: u32,
+    /// Net displacement over path length of the trace's last points, 60 at most, relative to the background: 1 is a straight
+    /// line, 0 a place returned to, or a trace that has not moved.
+    pub straightness: f32,
+    /// Equivalent contrast: Weber contrast of a black 5 x 5 target on white that looks and responds as strongly, 0..1. Known
+    /// to a [`crate::Bank`]; 0 from a detector alone.
+    pub contrast: f32,
+    /// Speed that what saw it is tuned to, px/frame.
+    pub speed: f32,
+    /// Side of the targets that what saw it is tuned to, px.
+    pub size: f32,
 }
 
 impl Detection {

@@ -47,6 +47,8 @@ pub struct Detector {
     frames: u64,
     /// How far behind a target its response peaks, px.
     lag: f32,
+    /// Speed, px/frame, and size, px, of the targets it is tuned to.
+    tuning: (f32, f32),
     luminance: Vec<Plane>,
     model: Box<dyn Wiring>,
     workers: Workers,
@@ -88,6 +90,7 @@ impl Detector {
             params: params.clone(),
             frames: 0,
             lag: lag::measure(params, workers.simd()),
+            tuning: (lag::tuned_speed(params) as f32, params.target_size() as f32),
             luminance: (0..together).map(|_| Plane::new(size)).collect(),
             model: wire(size, params, machine.threads, together),
             workers,
@@ -195,7 +198,10 @@ impl Detector {
         self.workers.run(move |bands| model.block(bands, luminance, output, timing));
         self.frames += responses.len() as u64;
         for response in responses {
-            response.detections.iter_mut().for_each(|found| found.move_ahead(self.lag));
+            for found in &mut response.detections {
+                found.move_ahead(self.lag);
+                (found.speed, found.size) = self.tuning;
+            }
         }
     }
 

@@ -11,12 +11,13 @@
 //!                                                  +- prediction -> memorizer
 //! ```
 //!
-//! What it finds in each frame becomes tracks in a [`Tracker`].
+//! What it finds in each frame becomes tracks in a [`Tracker`]. A [`Bank`] looks for targets of unknown speed and size.
 //!
 //! Start at [`Detector`]; [`Params`] holds every constant, [`Probe`] shows every inner map.
 #![deny(missing_docs)]
 
 mod assignment;
+mod bank;
 mod detection;
 mod detector;
 mod direction;
@@ -37,6 +38,7 @@ mod tiles;
 mod timing;
 pub mod tracking;
 
+pub use bank::{Bank, BankParams, Member, SCALES};
 pub use detection::{Detection, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
 pub use error::{FrameError, ParamError};

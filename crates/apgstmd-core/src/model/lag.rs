@@ -1,4 +1,4 @@
-//! How far behind a target its response peaks, measured once at construction on an ideal target.
+//! How far behind a target its response peaks, and how strong it is, measured at construction on an ideal target.
 
 use ndarray::Array2;
 
@@ -10,7 +10,8 @@ use crate::plane::Plane;
 use crate::row::bands::Bands;
 use crate::row::machine::SimdLevel;
 
-const SIDE: f64 = 5.0;
+/// Side of the target, px.
+pub(crate) const SIDE: f64 = 5.0;
 /// From the border to the target's centre: beyond the lateral kernel and the neighbourhood of a peak.
 const CLEAR: f64 = 20.0;
 /// Path over which the lag is averaged, px: whole pixels, so that every sub-pixel place counts.
@@ -29,35 +30,61 @@ pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
     params.prediction.enabled = false;
     params.detection.threshold = 0.0;
     params.detection.max_peaks = 1;
-    let speed = tuned_speed(&params);
-    let slowest = slowest(&params);
+    let (mut sum, mut count) = (0.0, 0.0);
     // The gamma filters have settled to a few thousandths after three time constants.
-    let settle = (3.0 * slowest).ceil().min(4000.0);
+    follow(&params, simd, 1.0, 3.0 * slowest(&params), |center, response| {
+        if let Some(peak) = response.detections.first() {
+            sum += center - f64::from(peak.x);
+            count += 1.0;
+        }
+    });
+    if count == 0.0 { 0.0 } else { (sum / count) as f32 }
+}
+
+/// Mean response Q to the same target, of Weber contrast `contrast`, once everything has settled, rejection, attention and
+/// prediction as in `params`; 0 where it is not detected.
+pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
+    // Of what F keeps of earlier predictions, (1 - mu) a horizon, a few thousandths are left.
+    let kept = (1.0 - params.prediction.mu).clamp(0.0, 0.9);
+    let horizons = if kept > 0.0 { (0.003f64.ln() / kept.ln()).ceil() + 2.0 } else { 2.0 };
+    let rejection = f64::from(params.motion_window().max(params.rejection.contrast_window));
+    let settle = 3.0 * slowest(params) + horizons * params.horizon() as f64 + rejection;
+    let (mut sum, mut count) = (0.0, 0.0);
+    follow(params, simd, contrast, settle, |_, response| {
+        sum += response.detections.first().map_or(0.0, |found| f64::from(found.score));
+        count += 1.0;
+    });
+    if count == 0.0 { 0.0 } else { (sum / count) as f32 }
+}
+
+/// Shows a dark target on white that moves to the right, and tells `see` the column of its centre and what a model found
+/// over whole pixels, after `settle` frames.
+fn follow(params: &Params, simd: SimdLevel, contrast: f64, settle: f64, mut see: impl FnMut(f64, &Response)) {
+    let speed = tuned_speed(params);
+    let settle = settle.ceil().min(4000.0);
     let frames = settle + (MEASURED / speed).ceil().max(4.0);
     let size = Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize);
-    let (mut model, mut luminance) = (wire(size, &params, 1, 1), Plane::new(size));
-    let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, 1));
-    let (mut sum, mut count) = (0.0, 0.0);
+    let (mut model, mut luminance) = (wire(size, params, 1, 1), Plane::new(size));
+    let most = params.detection.max_peaks as usize;
+    let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, most));
     for t in 0..frames as usize {
         let center = CLEAR + speed * t as f64;
         let frame = Array2::from_shape_fn((size.height, size.width), |(y, x)| {
-            1.0 - (covered(x as f64, center) * covered(y as f64, CLEAR)) as f32
+            1.0 - (contrast * covered(x as f64, center) * covered(y as f64, CLEAR)) as f32
         });
         let frame = Frame::from(frame.view());
         frame.write_luminance(&mut luminance).expect("the frame has the size of the model and luminance in [0, 1]");
         model.step(&bands, &luminance, &mut response, None);
-        if let (Some(peak), true) = (response.detections.first(), t as f64 >= settle) {
-            sum += center - f64::from(peak.x);
-            count += 1.0;
+        if t as f64 >= settle {
+            see(center, &response);
         }
     }
-    if count == 0.0 { 0.0 } else { (sum / count) as f32 }
 }
 
 /// The speed at which a target covers the distance of the two pixels in the delay between their signals, px/frame. In the
 /// lobula at the defaults that is 12 frames, four fifths of tau_3, and the speed is v_opt; where the horizon is rounded to
 /// whole frames v_opt is not. The motion detectors have 3 px and 12 frames as well.
-fn tuned_speed(params: &Params) -> f64 {
+pub(crate) fn tuned_speed(params: &Params) -> f64 {
     let (distance, delay) = match params.model {
         Model::Cascaded => (params.emd.spacing, params.emd.tau),
         _ => (params.lobula.spacing, 0.8 * params.medulla.mi1_tau),
@@ -84,6 +111,6 @@ fn slowest(params: &Params) -> f64 {
 }
 
 /// Share of the pixel at `x` that the target around `center` covers.
-fn covered(x: f64, center: f64) -> f64 {
+pub(crate) fn covered(x: f64, center: f64) -> f64 {
     ((x + 0.5).min(center + SIDE / 2.0) - (x - 0.5).max(center - SIDE / 2.0)).clamp(0.0, 1.0)
 }

@@ -69,10 +69,19 @@ pub(crate) fn report<const N: usize>(rejection: &Rejection<N>, q: impl Fn(&Peak)
     let (shift_x, shift_y) = rejection.shift();
     response.background_shift = (shift_x as f32, shift_y as f32);
     response.detections.clear();
-    response.detections.extend(rejection.confirmed.iter().map(|(peak, trace)| {
+    response.detections.extend(rejection.confirmed.iter().map(|(peak, evidence)| {
         let q = q(peak);
         let score = largest(&q);
-        Detection { x: peak.sub_x, y: peak.sub_y, score, direction: direction_of(&q), trace: *trace }
+        Detection {
+            x: peak.sub_x,
+            y: peak.sub_y,
+            score,
+            direction: direction_of(&q),
+            trace: evidence.trace,
+            points: evidence.points,
+            straightness: evidence.straightness,
+            ..Detection::default()
+        }
     }));
     response.detections.sort_unstable_by(|a, b| b.score.total_cmp(&a.score).then(a.trace.cmp(&b.trace)));
 }

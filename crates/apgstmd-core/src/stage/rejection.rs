@@ -21,6 +21,8 @@ pub(crate) struct Rejection<const N: usize> {
     finder: PeakFinder,
     keep_radius: usize,
     min_points: usize,
+    /// Points that are judged.
+    window: usize,
     least: Least,
     background: Background,
     pub contrast: Contrast,
@@ -29,12 +31,22 @@ pub(crate) struct Rejection<const N: usize> {
     travelled: (f64, f64),
     shift: (f64, f64),
     /// Confirmed peaks of this frame, with their traces.
-    pub confirmed: Vec<(Peak, u64)>,
+    pub confirmed: Vec<(Peak, Evidence)>,
     kept: [Plane; N],
     grid: Grid,
     /// Tiles in which E' may not be zero.
     pub kept_tiles: Vec<bool>,
 }
+
+/// What the trace of a peak has shown so far.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evidence {
+    pub trace: u64,
+    pub points: u32,
+    pub straightness: f32,
+}
+
+heap!(Evidence);
 
 /// Rows of the bands in which E is copied.
 const KEPT_ROWS: usize = 64;
@@ -97,6 +109,7 @@ impl<const N: usize> Rejection<N> {
             finder: PeakFinder::new(size, peak_radius, params.detection.threshold as f32, max_peaks),
             keep_radius: rejection.keep_radius as usize,
             min_points: min_points as usize,
+            window: window as usize,
             least: Least {
                 deviation: rejection.contrast_deviation,
                 distance: rejection.motion_distance,
@@ -128,6 +141,7 @@ impl<const N: usize> Rejection<N> {
         let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
         self.traces.link(&self.finder.peaks, self.shift, |peak| Point {
             relative: (f64::from(peak.sub_x) - travelled.0, f64::from(peak.sub_y) - travelled.1),
+            step: 0.0,
             contrast: if mode == RejectionMode::Contrast {
                 contrast.at(p, peak.x, peak.y)
             } else {
@@ -139,7 +153,8 @@ impl<const N: usize> Rejection<N> {
         for (index, peak) in self.finder.peaks.iter().enumerate() {
             let trace = self.traces.of_peak(index);
             if self.confirms(trace) {
-                self.confirmed.push((*peak, trace.id));
+                let straightness = trace.straightness() as f32;
+                self.confirmed.push((*peak, Evidence { trace: trace.id, points: trace.count, straightness }));
             }
         }
         if mode != RejectionMode::Off {
@@ -174,9 +189,9 @@ impl<const N: usize> Rejection<N> {
         }
         match self.mode {
             RejectionMode::Off => true,
-            RejectionMode::Contrast => trace.contrast_deviation() >= self.least.deviation,
+            RejectionMode::Contrast => trace.contrast_deviation(self.window) >= self.least.deviation,
             RejectionMode::Motion => {
-                let (net, path) = trace.movement();
+                let (net, path) = trace.movement(self.window);
                 net >= self.least.distance && net >= self.least.straightness * path
             }
         }

@@ -14,6 +14,8 @@ use crate::stage::contrast::ORIENTATIONS;
 pub(crate) struct Point {
     /// Place relative to the background.
     pub relative: (f64, f64),
+    /// Distance of that from the trace's point before, px.
+    pub step: f64,
     /// Directional contrast there.
     pub contrast: [f32; ORIENTATIONS],
 }
@@ -23,8 +25,14 @@ pub(crate) struct Trace {
     place: (f64, f64),
     velocity: (f64, f64),
     missed: u32,
+    /// Points so far, those that are remembered and earlier ones.
+    pub count: u32,
+    /// The last ones, as many as are remembered.
     pub points: VecDeque<Point>,
 }
+
+/// Points over which straightness is told.
+const REMEMBERED: usize = 60;
 
 struct Pair {
     distance: f64,
@@ -68,7 +76,8 @@ impl Traces {
             place: (0.0, 0.0),
             velocity: (0.0, 0.0),
             missed: 0,
-            points: VecDeque::with_capacity(window + 1),
+            count: 0,
+            points: VecDeque::with_capacity(window.max(REMEMBERED) + 1),
         };
         Self {
             gate,
@@ -134,10 +143,7 @@ impl Traces {
                 self.living.push(trace);
             }
             let trace = &mut self.living[owner.expect("every peak has a trace")];
-            if trace.points.len() == self.window {
-                trace.points.pop_front();
-            }
-            trace.points.push_back(point(peak));
+            trace.remember(point(peak), self.window.max(REMEMBERED));
         }
     }
 
@@ -173,7 +179,17 @@ impl Trace {
         self.place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
         self.velocity = velocity;
         self.missed = 0;
+        self.count = 0;
         self.points.clear();
+    }
+
+    fn remember(&mut self, mut point: Point, most: usize) {
+        point.step = self.points.back().map_or(0.0, |last| distance(last, &point));
+        if self.points.len() == most {
+            self.points.pop_front();
+        }
+        self.points.push_back(point);
+        self.count = self.count.saturating_add(1);
     }
 
     fn follow(&mut self, peak: &Peak) {
@@ -185,25 +201,36 @@ impl Trace {
         self.missed = 0;
     }
 
-    /// Net displacement and path length of the remembered points relative to the background, px.
-    pub fn movement(&self) -> (f64, f64) {
-        let distance = |a: &Point, b: &Point| (b.relative.0 - a.relative.0).hypot(b.relative.1 - a.relative.1);
-        let net = match (self.points.front(), self.points.back()) {
+    /// Net displacement and path length of the last `window` points relative to the background, px.
+    pub fn movement(&self, window: usize) -> (f64, f64) {
+        let first = self.points.len().saturating_sub(window);
+        let net = match (self.points.get(first), self.points.back()) {
             (Some(first), Some(last)) => distance(first, last),
             _ => 0.0,
         };
-        (net, self.points.iter().zip(self.points.iter().skip(1)).map(|(a, b)| distance(a, b)).sum())
+        (net, self.points.iter().skip(first + 1).map(|point| point.step).sum())
     }
 
-    /// Largest standard deviation over the orientations of the remembered contrasts.
-    pub fn contrast_deviation(&self) -> f64 {
-        let count = self.points.len() as f64;
+    /// Net displacement over path length of the remembered points.
+    pub fn straightness(&self) -> f64 {
+        let (net, path) = self.movement(REMEMBERED);
+        if path > 0.0 { net / path } else { 0.0 }
+    }
+
+    /// Largest standard deviation over the orientations of the last `window` contrasts.
+    pub fn contrast_deviation(&self, window: usize) -> f64 {
+        let first = self.points.len().saturating_sub(window);
+        let count = (self.points.len() - first) as f64;
         (0..ORIENTATIONS)
             .map(|j| {
-                let values = || self.points.iter().map(|point| f64::from(point.contrast[j]));
+                let values = || self.points.iter().skip(first).map(|point| f64::from(point.contrast[j]));
                 let mean = values().sum::<f64>() / count;
                 (values().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
             })
             .fold(0.0, f64::max)
     }
+}
+
+fn distance(a: &Point, b: &Point) -> f64 {
+    (b.relative.0 - a.relative.0).hypot(b.relative.1 - a.relative.1)
 }

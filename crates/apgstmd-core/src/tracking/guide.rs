@@ -75,7 +75,7 @@ mod tests {
         let seen = Observation { map: Some(map.view()), lag: 4.0, ..Observation::new(0, &[]) };
         assert_eq!(response_near(&expected(20.0, 20.0), (0.0, 0.0), &seen), Some(((21.0, 21.0), 0.5)));
         assert_eq!(response_near(&expected(40.0, 20.0), (0.0, 0.0), &seen), None, "too far off");
-        let other = Detection { x: 22.0, y: 21.0, score: 1.0, direction: 0.0, trace: 0 };
+        let other = Detection { x: 22.0, y: 21.0, score: 1.0, direction: 0.0, ..Detection::default() };
         let claimed = Observation { detections: &[other], ..seen };
         assert_eq!(response_near(&expected(20.0, 20.0), (0.0, 0.0), &claimed), None, "another one's");
         for (x, y) in [(-500.0, 20.0), (f64::MAX, f64::MIN), (f64::NAN, 20.0)] {

@@ -20,7 +20,7 @@
 //! let mut tracker = Tracker::new(Size::new(100, 100), &Params::default().for_speed(1.0)?)?;
 //! let mut points = Vec::new();
 //! for frame in 0..10 {
-//!     let target = Detection { x: 20.0 + frame as f32, y: 50.0, score: 1.0, direction: 0.0, trace: 0 };
+//!     let target = Detection { x: 20.0 + frame as f32, y: 50.0, score: 1.0, ..Detection::default() };
 //!     tracker.process_into(&Observation::new(frame, &[target]), &mut points);
 //! }
 //! let last = points[0];

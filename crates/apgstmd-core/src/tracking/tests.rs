@@ -15,7 +15,14 @@ fn params() -> Params {
 }
 
 fn at(x: f64, y: f64, direction: f64) -> Detection {
-    Detection { x: x as f32, y: y as f32, score: 1.0, direction: direction as f32, trace: u64::MAX }
+    Detection {
+        x: x as f32,
+        y: y as f32,
+        score: 1.0,
+        direction: direction as f32,
+        trace: u64::MAX,
+        ..Detection::default()
+    }
 }
 
 /// Uniform in [-1, 1], from a seed.
@@ -407,7 +414,7 @@ proptest! {
             for (frame, (places, dx, dy)) in frames.iter().enumerate() {
                 let seen: Vec<Detection> = places.iter().enumerate().map(|(i, &(wild, tame, direction, calm))| {
                     let x = if calm { tame } else { wild };
-                    Detection { x, y: tame, score: wild, direction, trace: i as u64 }
+                    Detection { x, y: tame, score: wild, direction, trace: i as u64, ..Detection::default() }
                 }).collect();
                 let observation = Observation { background_shift: (*dx, *dy), lag: *dx, ..Observation::new(frame, &seen) };
                 tracker.process_into(&observation, &mut points);

@@ -194,7 +194,7 @@ mod tests {
     fn targets_stay_visible() {
         let picture = RgbImage::from_fn(120, 90, |x, y| Rgb([(x * 2) as u8, (y * 2) as u8, 90]));
         let mut trails = Trails::default();
-        let mut target = Detection { x: 20.0, y: 44.0, score: 1.0, direction: 0.0, trace: 3 };
+        let mut target = Detection { x: 20.0, y: 44.0, score: 1.0, direction: 0.0, trace: 3, ..Detection::default() };
         for frame in 0..40 {
             target.x += 1.0;
             trails.add(frame, &[target]);

@@ -62,8 +62,7 @@ mod tests {
     fn trails_are_bounded_and_fade() {
         let mut trails = Trails::default();
         for frame in 0..200 {
-            let detection =
-                Detection { x: frame as f32, y: 0.0, score: 1.0, direction: 0.0, trace: u64::from(frame >= 20) };
+            let detection = Detection { x: frame as f32, trace: u64::from(frame >= 20), ..Detection::default() };
             trails.add(2 * frame, &[detection]);
         }
         let all: Vec<_> = trails.all().collect();

@@ -1,0 +1,217 @@
+//! A detector of the bank at work: its detections as candidates in pixels of the full picture, with equivalent contrasts.
+//!
+//! The equivalent contrast of a detection is the geometric mean of two: of the response, (Q / Q of the ideal target at
+//! contrast 1)^(1/3), since Q is cubic in contrast, and of the spot's difference from its surround against the
+//! ideal target's. Either alone is fooled: the response by strong edges, the spot by whatever stands still.
+
+use super::params::{BankParams, Member};
+use super::pyramid::Level;
+use super::spot::{Ideal, Profile, places};
+use crate::detection::{Detection, Response};
+use crate::detector::Detector;
+use crate::error::ParamError;
+use crate::frame::{Frame, Size};
+use crate::memory::{Heap, Memory, heap};
+use crate::model::lag;
+use crate::params::Localise;
+use crate::row::machine::{Machine, SimdLevel};
+
+/// Frames after which a trace that is not seen is forgotten.
+const FORGOTTEN: u64 = 16;
+/// Points of a trace after which more of them count no more.
+const MOST_POINTS: f32 = 60.0;
+
+/// What a bank remembers of a trace of a member.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub trace: u64,
+    /// Frame it was last seen in.
+    last: u64,
+    profile: Profile,
+    /// Its number in the bank.
+    pub id: Option<u64>,
+}
+
+heap!(Known);
+
+/// A detection of a member, on its way to be merged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// In pixels of the full picture, with its score.
+    pub found: Detection,
+    /// Number of the trace in the member.
+    pub trace: u64,
+}
+
+heap!(Candidate);
+
+/// Measured on the ideal target.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Calibration {
+    /// Q at contrast 1.
+    pub response: f32,
+    pub lag: f32,
+}
+
+pub(super) struct Running {
+    pub member: Member,
+    detector: Detector,
+    calibration: Calibration,
+    ideal: Ideal,
+    /// Places that a target is looked for at.
+    places: usize,
+    /// By the number of their trace.
+    pub known: Vec<Known>,
+    pub candidates: Vec<Candidate>,
+}
+
+impl Heap for Running {
+    fn heap(&self) -> Memory {
+        self.detector.memory() + self.known.heap() + self.candidates.heap()
+    }
+}
+
+impl Running {
+    pub fn new(
+        member: Member,
+        full: Size,
+        bank: &BankParams,
+        simd: Option<SimdLevel>,
+        ideal: Ideal,
+        alike: Option<Calibration>,
+    ) -> Result<Self, ParamError> {
+        let params = bank.of(&member)?;
+        let size = Size::new(full.height / member.scale, full.width / member.scale);
+        let detector = Detector::with_options(size, &params, &Machine { simd, ..Machine::with_threads(1) })?;
+        let calibration = alike.unwrap_or_else(|| {
+            let mut moved = params.clone();
+            moved.detection.localise = Localise::Target;
+            let lag = lag::measure(&moved, detector.simd());
+            Calibration { response: lag::response(&params, detector.simd(), 1.0), lag }
+        });
+        let peaks = params.detection.max_peaks as usize;
+        Ok(Self {
+            member,
+            detector,
+            calibration,
+            ideal,
+            places: places(calibration.lag),
+            known: Vec::with_capacity(peaks * (FORGOTTEN as usize + 2)),
+            candidates: Vec::with_capacity(peaks),
+        })
+    }
+
+    pub fn own_speed(&self) -> f64 {
+        self.member.own_speed()
+    }
+
+    pub fn calibration(&self) -> Calibration {
+        self.calibration
+    }
+
+    /// Of a dark target, px of its own scale.
+    pub fn lag(&self) -> f32 {
+        self.calibration.lag
+    }
+
+    pub fn latency(&self) -> usize {
+        self.detector.latency()
+    }
+
+    pub fn make_response(&self) -> Response {
+        self.detector.make_response()
+    }
+
+    pub fn reset(&mut self) {
+        self.detector.reset();
+        self.known.clear();
+        self.candidates.clear();
+    }
+
+    /// Takes the next frame, and makes candidates of what it shows.
+    pub fn process(&mut self, level: &Level, seen: &mut Response) {
+        let frame = Frame::from(level.luminance.view());
+        self.detector.process_into(frame, seen).expect("a level has the size of its members and luminance in [0, 1]");
+        let now = self.detector.frames();
+        self.known.retain(|known| now - known.last <= FORGOTTEN);
+        self.candidates.clear();
+        for found in &seen.detections {
+            let index = match self.known.binary_search_by_key(&found.trace, |known| known.trace) {
+                Ok(index) => index,
+                Err(index) => {
+                    let new = Known { trace: found.trace, last: now, profile: Profile::EMPTY, id: None };
+                    self.known.insert(index, new);
+                    index
+                }
+            };
+            let known = &mut self.known[index];
+            known.last = now;
+            known.profile.add(&level.p, (found.x, found.y), found.direction, self.places);
+            let Some(spot) = known.profile.spot(self.places, !found.direction.is_nan()) else { continue };
+            let mut moved = *found;
+            moved.move_ahead(spot.ahead);
+            let of_response = self.equivalent(found.score);
+            let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
+            let contrast = (of_response * of_spot).sqrt();
+            let scale = self.member.scale as f32;
+            // The centre of pixel 0 of a reduced picture lies between pixels of the full one.
+            let full = |place: f32| (place + 0.5) * scale - 0.5;
+            let found = Detection {
+                x: full(moved.x),
+                y: full(moved.y),
+                score: contrast * evidence(&moved),
+                contrast,
+                speed: self.member.speed as f32,
+                size: found.size * scale,
+                ..moved
+            };
+            self.candidates.push(Candidate { found, trace: found.trace });
+        }
+    }
+
+    /// What the bank remembers of a trace that has a candidate.
+    pub fn known_mut(&mut self, trace: u64) -> &mut Known {
+        let index = self.known.binary_search_by_key(&trace, |known| known.trace);
+        &mut self.known[index.expect("every candidate's trace is known")]
+    }
+
+    /// Weber contrast of the ideal target with response `q`.
+    fn equivalent(&self, q: f32) -> f32 {
+        if self.calibration.response > 0.0 { (q / self.calibration.response).cbrt().min(1.0) } else { 0.0 }
+    }
+}
+
+/// What its trace says of a detection, 0 to 1: how straight it is and how long it has been seen.
+fn evidence(found: &Detection) -> f32 {
+    found.straightness.powi(2) * (found.points as f32 / MOST_POINTS).min(1.0).sqrt()
+}
+
+/// A row of the bank's maps: the largest equivalent contrast over the members, and the direction there.
+pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mut [f32], direction: &mut [f32]) {
+    map.fill(0.0);
+    direction.fill(f32::NAN);
+    for (running, seen) in members.iter().zip(seen) {
+        let scale = running.member.scale;
+        let (row, unit) = (y / scale, running.calibration.response);
+        if row >= seen.map.nrows() || unit <= 0.0 {
+            continue;
+        }
+        let (q, angle) = (seen.map.row(row), seen.direction.row(row));
+        let (Some(q), Some(angle)) = (q.as_slice(), angle.as_slice()) else { continue };
+        if q.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
+            continue;
+        }
+        let out = map.chunks_mut(scale).zip(direction.chunks_mut(scale));
+        for ((q, angle), (map, direction)) in q.iter().zip(angle).zip(out) {
+            let value = q / unit;
+            for (map, direction) in map.iter_mut().zip(direction) {
+                if value > *map {
+                    (*map, *direction) = (value, *angle);
+                }
+            }
+        }
+    }
+    for value in map.iter_mut().filter(|value| **value > 0.0) {
+        *value = value.cbrt().min(1.0);
+    }
+}

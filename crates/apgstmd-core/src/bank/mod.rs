@@ -1,0 +1,227 @@
+//! A bank: detectors of several speeds and sizes on one stream, for targets of which neither is known.
+//!
+//! The members of a scale see the frame reduced by it, by area averaging: a member of 2 px/frame and 5 px at scale 2 sees
+//! targets of 4 px/frame and 10 px. Their detections are put onto the spot that moves with the response ([`spot`]), made
+//! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]).
+//!
+//! State: that of the members, and what the spots of their traces looked like so far.
+
+mod member;
+mod merge;
+mod params;
+mod pyramid;
+mod spot;
+
+use crate::detection::Response;
+use crate::detector::{LEAST_SIDE, MOST_PIXELS};
+use crate::error::{FrameError, ParamError};
+use crate::frame::{Frame, Size};
+use crate::memory::{Heap, Memory};
+use crate::model::lag;
+use crate::row::bands::{Rows, Slice};
+use crate::row::machine::{Machine, SimdLevel};
+use crate::row::workers::Workers;
+use member::Running;
+use merge::Merge;
+use pyramid::Level;
+use spot::Ideal;
+
+pub use params::{BankParams, Member, SCALES};
+
+/// Finds small moving targets of unknown speed and size.
+///
+/// Everything is allocated by `new`; [`Bank::process_into`] allocates nothing. Members run beside each other, one thread
+/// a member; the numbers do not depend on the number of threads.
+///
+/// ```
+/// use apgstmd_core::{Bank, BankParams, Size};
+/// use ndarray::Array2;
+///
+/// let mut bank = Bank::new(Size::new(64, 96), &BankParams::default())?;
+/// let mut response = bank.make_response();
+/// for t in 0..40 {
+///     let frame = Array2::from_shape_fn((64, 96), |(y, x)| {
+///         if x.abs_diff(10 + t) < 3 && y.abs_diff(32) < 3 { 0 } else { 255u8 }
+///     });
+///     bank.process_into(frame.view(), &mut response)?;
+/// }
+/// let target = response.detections[0];
+/// assert!((target.x - 49.0).abs() < 1.0 && (target.y - 32.0).abs() < 1.0);
+/// assert!(target.score > 0.5 && target.score <= 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Bank {
+    params: BankParams,
+    frames: u64,
+    levels: Vec<Level>,
+    members: Vec<Running>,
+    /// What the members saw.
+    seen: Vec<Response>,
+    merge: Merge,
+    workers: Workers,
+}
+
+impl Bank {
+    /// A bank for frames of `size`, using as many threads as the machine has cores.
+    ///
+    /// # Errors
+    /// Parameters out of range, frames below 16 x 16.
+    pub fn new(size: Size, params: &BankParams) -> Result<Self, ParamError> {
+        Self::with_options(size, params, &Machine::default())
+    }
+
+    /// As [`Bank::new`] with a choice of threads and instruction set.
+    ///
+    /// Members of scales that `size` is too small for are left out, all but those of scale 1.
+    ///
+    /// # Errors
+    /// As `new`; also when the threads cannot be started.
+    pub fn with_options(size: Size, params: &BankParams, machine: &Machine) -> Result<Self, ParamError> {
+        params.validate()?;
+        if size.height.checked_mul(size.width).is_none_or(|area| area > MOST_PIXELS) {
+            return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
+        }
+        let fits = |scale: usize| size.height / scale >= LEAST_SIDE && size.width / scale >= LEAST_SIDE;
+        let used: Vec<Member> = params.members.iter().copied().filter(|member| fits(member.scale)).collect();
+        let Some(largest) = used.iter().map(|member| member.scale).max() else {
+            let least = LEAST_SIDE * params.members.iter().map(|member| member.scale).min().unwrap_or(1);
+            return Err(ParamError::TooSmall { size, least });
+        };
+        let workers = Workers::new(machine)?;
+        let levels = SCALES.iter().filter(|scale| **scale <= largest);
+        let levels: Vec<Level> =
+            levels.map(|scale| Level::new(size, *scale, &params.base.retina, machine.threads)).collect();
+        let ideal = Ideal::new(&params.base.retina);
+        let mut members: Vec<Running> = Vec::with_capacity(used.len());
+        for member in used {
+            let alike = members.iter().find(|other| other.own_speed() == member.own_speed()).map(Running::calibration);
+            members.push(Running::new(member, size, params, machine.simd, ideal, alike)?);
+        }
+        let seen = members.iter().map(Running::make_response).collect();
+        let candidates = members.len() * params.base.detection.max_peaks as usize;
+        let merge = Merge::new(candidates, params.most);
+        Ok(Self { params: params.clone(), frames: 0, levels, members, seen, merge, workers })
+    }
+
+    /// Size of the frames it takes.
+    pub fn size(&self) -> Size {
+        self.levels[0].luminance.size()
+    }
+
+    /// Its parameters.
+    pub fn params(&self) -> &BankParams {
+        &self.params
+    }
+
+    /// Its members: those of the parameters that the frames are large enough for.
+    pub fn members(&self) -> impl Iterator<Item = Member> {
+        self.members.iter().map(|running| running.member)
+    }
+
+    /// Its number of threads.
+    pub fn threads(&self) -> usize {
+        self.workers.threads()
+    }
+
+    /// The instruction set it uses.
+    pub fn simd(&self) -> SimdLevel {
+        self.workers.simd()
+    }
+
+    /// The memory it holds, as [`crate::Detector::memory`] counts it.
+    pub fn memory(&self) -> Memory {
+        self.levels.heap() + self.members.heap() + self.merge.heap()
+    }
+
+    /// Frames processed since construction or the last reset.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// The longest latency of a member, frames: see [`crate::Detector::latency`].
+    pub fn latency(&self) -> usize {
+        self.members.iter().map(Running::latency).max().unwrap_or(0)
+    }
+
+    /// How far the response peaks behind a dark target at the speed and size of a member, px: the mean over its members.
+    pub fn lag(&self) -> f32 {
+        self.members.iter().map(|running| running.lag() * running.member.scale as f32).sum::<f32>()
+            / self.members.len() as f32
+    }
+
+    /// An output of the right size, to be used for every frame.
+    pub fn make_response(&self) -> Response {
+        Response::new(self.size(), self.params.most)
+    }
+
+    /// Takes the next frame and writes what it shows into `response`. Allocates nothing.
+    ///
+    /// The map holds equivalent contrasts, the largest over the members; scores are described at
+    /// [`crate::Detection::score`].
+    ///
+    /// # Errors
+    /// A frame of another size, samples out of range. The bank's state is then as before the call.
+    pub fn process_into<'a>(&mut self, frame: impl Into<Frame<'a>>, response: &mut Response) -> Result<(), FrameError> {
+        if response.size() != self.size() || response.direction.dim() != response.map.dim() {
+            return Err(FrameError::Output { given: response.size(), expected: self.size() });
+        }
+        frame.into().write_luminance(&mut self.levels[0].luminance)?;
+        let Self { levels, members, seen, workers, merge, .. } = self;
+        let output = &mut *response;
+        workers.run(|bands| {
+            for index in 0..levels.len() {
+                let (finer, level) = levels.split_at_mut(index);
+                level[0].process(bands, finer.last());
+            }
+            let levels = &*levels;
+            bands.each((Slice(&mut *members), Slice(&mut *seen)), |(members, seen)| {
+                for (running, seen) in members.0.iter_mut().zip(seen.0.iter_mut()) {
+                    let level = levels.iter().find(|level| level.scale == running.member.scale);
+                    running.process(level.expect("every scale up to the largest has its level"), seen);
+                }
+            });
+            let (members, seen) = (&*members, &*seen);
+            let Size { height, width } = levels[0].luminance.size();
+            let maps = [&mut output.map, &mut output.direction].map(|map| Rows {
+                data: map.as_slice_mut().expect("make_response makes contiguous maps"),
+                stride: width,
+            });
+            bands.over(height, maps, |range, [mut map, mut direction]| {
+                for (row, y) in range.enumerate() {
+                    member::map_row(members, seen, y, map.row(row), direction.row(row));
+                }
+            });
+        });
+        merge.process(members, self.params.contrast, &mut response.detections);
+        // All members of a scale find the same; the finest is the most exact.
+        let finest = members.iter().zip(&*seen).min_by_key(|(running, _)| running.member.scale);
+        response.background_shift = finest.map_or((0.0, 0.0), |(running, seen)| {
+            let scale = running.member.scale as f32;
+            (scale * seen.background_shift.0, scale * seen.background_shift.1)
+        });
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// As [`Bank::process_into`] into a fresh [`Response`].
+    ///
+    /// # Errors
+    /// As `process_into`.
+    pub fn process<'a>(&mut self, frame: impl Into<Frame<'a>>) -> Result<Response, FrameError> {
+        let mut response = self.make_response();
+        self.process_into(frame, &mut response)?;
+        Ok(response)
+    }
+
+    /// Forgets everything seen: the next frame is a first frame.
+    pub fn reset(&mut self) {
+        self.frames = 0;
+        self.members.iter_mut().for_each(Running::reset);
+        self.merge.reset();
+    }
+}
+
+/// Speed that parameters are tuned to, px/frame.
+fn tuned(params: &crate::params::Params) -> f64 {
+    lag::tuned_speed(params)
+}

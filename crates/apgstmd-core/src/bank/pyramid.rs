@@ -1,0 +1,69 @@
+//! A level of the picture pyramid: luminance reduced by area averaging, and P of it.
+
+use crate::frame::Size;
+use crate::memory::heap;
+use crate::params::RetinaParams;
+use crate::plane::Plane;
+use crate::row::bands::{Bands, Rows};
+use crate::stage::retina::Retina;
+
+pub(super) struct Level {
+    pub scale: usize,
+    pub luminance: Plane,
+    pub p: Plane,
+    retina: Retina,
+}
+
+heap!(Level { luminance, p, retina });
+
+impl Level {
+    /// Rows and columns left over at the end of a frame are not seen.
+    pub fn new(size: Size, scale: usize, params: &RetinaParams, threads: usize) -> Self {
+        let size = Size::new(size.height / scale, size.width / scale);
+        let plane = || Plane::new(size);
+        Self { scale, luminance: plane(), p: plane(), retina: Retina::new(params, threads) }
+    }
+
+    /// Reduces the next finer level by two, and blurs. The finest has its luminance already.
+    pub fn process(&mut self, bands: &Bands, finer: Option<&Self>) {
+        let Self { luminance, p, retina, .. } = self;
+        if let Some(Self { luminance: finer, .. }) = finer {
+            let (Size { height, width }, stride) = (luminance.size(), luminance.stride());
+            bands.over(height, Rows { data: luminance.data_mut(), stride }, |range, mut out| {
+                for (row, y) in range.enumerate() {
+                    let (above, below) = (finer.row(2 * y).chunks_exact(2), finer.row(2 * y + 1).chunks_exact(2));
+                    for ((out, above), below) in out.row(row)[..width].iter_mut().zip(above).zip(below) {
+                        *out = 0.25 * ((above[0] + above[1]) + (below[0] + below[1]));
+                    }
+                }
+            });
+        }
+        retina.process(bands, luminance, p);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_area_means() {
+        let size = Size::new(50, 71);
+        let mut levels = [1, 2, 4].map(|scale| Level::new(size, scale, &RetinaParams::default(), 1));
+        for y in 0..size.height {
+            for (x, value) in levels[0].luminance.row_mut(y).iter_mut().enumerate() {
+                *value = ((7 * x + 13 * y) % 32) as f32 / 32.0;
+            }
+        }
+        for index in 0..3 {
+            let (finer, level) = levels.split_at_mut(index);
+            level[0].process(&Bands::single(), finer.last());
+        }
+        assert_eq!(levels[2].luminance.size(), Size::new(12, 17));
+        for (y, x) in [(0, 0), (5, 9), (11, 16)] {
+            let values = (0..16).map(|i| levels[0].luminance.row(4 * y + i / 4)[4 * x + i % 4]);
+            // Multiples of 1/32: exact.
+            assert_eq!(levels[2].luminance.row(y)[x], values.sum::<f32>() / 16.0);
+        }
+    }
+}
