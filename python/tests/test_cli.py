@@ -37,7 +37,7 @@ def test_run(tmp_path: Path) -> None:
     result = call("run", str(frames), "--speed", "1", "--out", str(tmp_path / "out"))
     assert result.returncode == 0, result.stderr
     rows = (tmp_path / "out" / "detections.csv").read_text().splitlines()
-    assert rows[0] == "frame,name,time_s,x,y,score,direction_rad,trace"
+    assert rows[0] == "frame,name,time_s,x,y,score,direction_rad,trace,speed,size,contrast"
     assert len(rows) == 1 + len(apgstmd.run(frames, speed=1.0).detections) > 1
 
 

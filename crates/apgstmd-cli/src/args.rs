@@ -3,6 +3,7 @@
 mod bench;
 
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 use apgstmd_core::SimdLevel;
@@ -35,8 +36,8 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 const EXAMPLES: &str = "\
 Examples:
   apgstmd demo                                     a made-up scene, found against the truth
-  apgstmd run frames/ --speed 1 --out found        targets that move about 1 pixel a frame
-  apgstmd run sky.mp4 --speed 1 --start 10s        a video, from its tenth second on
+  apgstmd run sky.mp4 --out found                  targets of unknown speed and size in a video
+  apgstmd run frames/ --speed 1 --start 100        those that move about 1 pixel a frame
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
@@ -46,7 +47,7 @@ Examples:
 
 const RUN_EXAMPLES: &str = "\
 Examples:
-  apgstmd run frames/ --speed 1                    writes detections.csv, tracks.csv, run.json into ./frames-apgstmd
+  apgstmd run frames/                              writes detections.csv, tracks.csv, run.json into ./frames-apgstmd
   apgstmd run 'frames/f_%05d.tif' --overlay        annotated pictures and a contact strip as well
   apgstmd run frames/ --out - --format jsonl | jq .score
   apgstmd run clip.mp4 --start 10s --stop 15s      five seconds of a video; every row has its time
@@ -56,8 +57,9 @@ Examples:
   apgstmd run scene.toml --speed 0.25              a made-up scene, without pictures on disk
   apgstmd run frames/ --dump E,Q --dump-frames 60,120..130 --out inside
 
-Speed is what matters most: the model is tuned to one, and sees little below half and above twice of it. With --step N
-a target moves N times as far from one used frame to the next.
+Without flags a bank of detectors looks for targets of 0.25 to 8 px/frame and 3 to 20 px; its scores, 0 to 1, compare
+between clips. Who knows the speed computes less with --speed: one detector is tuned to one speed, and sees little below
+half and above twice of it. With --step N a target moves N times as far from one used frame to the next.
 Exit codes: 0 done, 1 failed, 2 wrong arguments or parameters, 130 interrupted (files are complete up to there).";
 
 /// The commands.
@@ -150,6 +152,33 @@ pub enum Format {
     Jsonl,
 }
 
+/// How fast targets move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// Not known: a bank.
+    Auto,
+    /// Pixels per frame.
+    PerFrame(f64),
+    /// Pixels per second.
+    PerSecond(f64),
+}
+
+impl FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let number = |text: &str| text.trim_end().parse().ok();
+        let speed = match text.strip_suffix("px/s") {
+            Some(text) => number(text).map(Self::PerSecond),
+            None => number(text.strip_suffix("px/frame").unwrap_or(text)).map(Self::PerFrame),
+        };
+        speed.ok_or_else(|| "expected px/frame such as 1.5, px/s such as 40px/s, or auto".to_owned())
+    }
+}
+
 /// Flags that choose parameters. They apply in this order: model and preset or file, then speed, then single values.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Model")]
@@ -163,9 +192,10 @@ pub struct ModelArgs {
     /// Parameter file, as `apgstmd params` prints it; what it leaves out is as in the paper
     #[arg(long, value_name = "FILE.toml")]
     pub params: Option<PathBuf>,
-    /// Speed of the targets, pixels per frame: scales every time constant of the preset or file
-    #[arg(long, value_name = "PX_PER_FRAME", allow_negative_numbers = true)]
-    pub speed: Option<f64>,
+    /// Speed of the targets, pixels per frame, or per second as 40px/s: scales every time constant of the preset or file.
+    /// For `run` also auto, the default where no other flag of this group is given: a bank of 0.25 to 8 px/frame
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true)]
+    pub speed: Option<Speed>,
     /// How false positives are told from targets
     #[arg(long, value_name = "MODE")]
     pub rejection: Option<RejectionArg>,
@@ -188,6 +218,25 @@ pub struct RunArgs {
 
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Speeds of a bank, px/frame, instead of its own [default: 0.25,0.5,1,2,4,8]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, help_heading = "Bank")]
+    pub speeds: Vec<f64>,
+    /// Sizes of targets that a bank looks for, px: 5 sees 3 to 6 px, 10 and 20 see as many times more in reduced frames
+    /// [default: 5,10,20; 5 with --speeds or a --speed]
+    #[arg(
+        long,
+        alias = "size",
+        value_name = "LIST",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        help_heading = "Bank"
+    )]
+    pub sizes: Vec<f64>,
+    /// Least contrast of a bank's detections, 0 to 1: that of a black 5 x 5 target on white that looks as strong
+    /// [default: 0.01]
+    #[arg(long, value_name = "C", allow_negative_numbers = true, help_heading = "Bank")]
+    pub contrast: Option<f32>,
 
     /// First frame to use, counted from 0; or the first from this time on, as in the column time_s: 2.5s
     #[arg(long, value_name = "N|SECONDS", default_value = "0", help_heading = "Input")]

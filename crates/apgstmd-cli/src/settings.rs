@@ -6,17 +6,19 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::params::{Localise, RejectionMode};
-use apgstmd_core::{MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
+use apgstmd_core::{BankParams, MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
 
 use crate::Outcome;
-use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Switch};
+use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch};
 use crate::failure::{Failure, reason, without_snippet};
 use crate::sink::results::{SINGLE_FILES, TRACKS};
-use crate::source::{Input, InputFlags, Selection, Span};
+use crate::source::{Input, InputFlags, Place, Selection, Span};
 
 /// Frames a second that something can have: one a day to a million.
 const MIN_FPS: f64 = 1e-5;
 const MAX_FPS: f64 = 1e6;
+/// Largest target that can be asked for, px.
+const LARGEST_TARGET: f64 = 60.0;
 
 /// Everything `apgstmd run` needs.
 pub struct RunSettings {
@@ -32,8 +34,10 @@ pub struct RunSettings {
     pub bit_depth: Option<u32>,
     /// The model.
     pub params: Params,
-    /// Where the parameters came from, for run.json.
-    pub model: ModelArgs,
+    /// The members, where it is a bank of them.
+    pub bank: Option<BankParams>,
+    /// Speed that `params` were scaled to, px/frame, for run.json.
+    pub speed: Option<f64>,
     /// Threads and instruction set of the model.
     pub machine: Machine,
     /// What to do about a bad picture.
@@ -174,7 +178,12 @@ impl RunSettings {
     /// # Errors
     /// Anything that makes the run impossible and shows before its first picture.
     pub fn resolve(args: RunArgs) -> Outcome<Self> {
-        let params = resolve_params(&args.model)?;
+        let mut model = args.model.clone();
+        if let Some(Speed::PerSecond(_) | Speed::Auto) = model.speed {
+            // What is wrong with the others is said before the source is looked at.
+            model.speed = None;
+        }
+        let mut params = resolve_params(&model)?;
         let threads = resolve_threads(args.threads)?;
         if let Some(bits) = args.bit_depth
             && !(9..=16).contains(&bits)
@@ -193,6 +202,11 @@ impl RunSettings {
         let flags = InputFlags { raw: args.raw, fps: args.fps, live, bit_depth: args.bit_depth };
         let source = Input::of(&args.input, flags)?;
         let selection = source.select(span)?;
+        if let Some(Speed::PerSecond(speed)) = args.model.speed {
+            model.speed = Some(Speed::PerFrame(speed * seconds_between(&source, span)?));
+            params = resolve_params(&model)?;
+        }
+        let bank = resolve_bank(&args, &model)?;
         let mut formats = args.format.clone();
         let mut seen = HashSet::new();
         formats.retain(|format| seen.insert(*format as u8));
@@ -227,7 +241,11 @@ impl RunSettings {
             selection,
             bit_depth: args.bit_depth,
             params,
-            model: args.model,
+            bank,
+            speed: match model.speed {
+                Some(Speed::PerFrame(speed)) => Some(speed),
+                _ => None,
+            },
             machine: Machine { threads, simd: args.simd, ..Machine::default() },
             on_error: args.on_error,
             destination,
@@ -238,6 +256,73 @@ impl RunSettings {
             force: args.force,
             quiet: args.quiet,
         })
+    }
+}
+
+/// The members of a bank, where it is one: nothing tells the speed, or the flags of a bank do.
+fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>> {
+    let flags = [("--speeds", !args.speeds.is_empty()), ("--sizes", !args.sizes.is_empty())];
+    let asked = flags.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
+    let auto = args.model.speed == Some(Speed::Auto);
+    let ModelArgs { model: named, preset, params: file, rejection, localise, threshold, .. } = model;
+    // One particular model is meant: as it stands.
+    let particular = args.model.speed.is_some()
+        || named.is_some_and(|model| model != ModelArg::ApgStmd)
+        || *preset == Some(PresetArg::Paper)
+        || file.is_some()
+        || rejection.is_some()
+        || localise.is_some()
+        || threshold.is_some()
+        || args.dump.is_some();
+    if asked.is_none() && !auto && particular {
+        return match args.contrast {
+            Some(_) => Err(Failure::usage("--contrast is for a bank: name its --speeds, one or more")),
+            None => Ok(None),
+        };
+    }
+    if !args.speeds.is_empty() && args.model.speed.is_some_and(|speed| speed != Speed::Auto) {
+        return Err(Failure::usage("--speed and --speeds both name speeds: give one of them"));
+    }
+    if args.dump.is_some() {
+        return Err(Failure::usage(format_args!(
+            "--dump looks into one detector, but {} asks for a bank: choose its --speed",
+            asked.unwrap_or("--speed auto")
+        )));
+    }
+    if let Some(wrong) = args.sizes.iter().find(|size| !(1.0..=LARGEST_TARGET).contains(*size)) {
+        return Err(Failure::usage(format_args!(
+            "--sizes has {wrong}, but sizes must be between 1 and {LARGEST_TARGET} px"
+        )));
+    }
+    // The members are tuned from here on.
+    let base = resolve_params(&ModelArgs { speed: None, ..model.clone() })?;
+    let speed = match model.speed {
+        Some(Speed::PerFrame(speed)) => vec![speed],
+        _ => args.speeds.clone(),
+    };
+    let given = |list: &[f64]| !list.is_empty();
+    let (speeds, sizes) =
+        (Some(&speed[..]).filter(|list| given(list)), Some(&args.sizes[..]).filter(|list| given(list)));
+    let mut bank = BankParams::choose(base, speeds, sizes);
+    if let Some(contrast) = args.contrast {
+        if !(0.0..=1.0).contains(&contrast) {
+            return Err(Failure::usage(format_args!("--contrast is {contrast}, but it must be between 0 and 1")));
+        }
+        bank.contrast = contrast;
+    }
+    bank.validate().map_err(Failure::usage)?;
+    Ok(Some(bank))
+}
+
+/// Seconds from one used frame to the next.
+fn seconds_between(source: &Input, span: Span) -> Outcome<f64> {
+    match (span.step, source.rate()) {
+        (Place::Seconds(step), _) => Ok(step),
+        (Place::Frames(step), Some(rate)) => Ok(step as f64 / rate),
+        (Place::Frames(_), None) => Err(Failure::usage(format_args!(
+            "--speed in px/s needs frames a second, which {} does not tell: give them with --fps",
+            source.shown()
+        ))),
     }
 }
 
@@ -272,6 +357,9 @@ pub fn resolve_params(args: &ModelArgs) -> Outcome<Params> {
         }
     };
     if let Some(speed) = args.speed {
+        let Speed::PerFrame(speed) = speed else {
+            return Err(Failure::usage("--speed auto and speeds in px/s are for `apgstmd run`: here it is px/frame"));
+        };
         params = params.for_speed(speed).map_err(|error| match error {
             ParamError::Speed { .. } => Failure::usage(format_args!("--speed: {error}")),
             _ => Failure::usage(format_args!("--speed {speed} scales a parameter out of its range: {error}")),
@@ -411,7 +499,6 @@ pub(crate) fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::Place;
 
     #[test]
     fn frame_lists() {
@@ -451,7 +538,7 @@ mod tests {
 
     #[test]
     fn single_values_come_after_speed() {
-        let args = ModelArgs { speed: Some(1.0), threshold: Some(0.5), ..ModelArgs::default() };
+        let args = ModelArgs { speed: Some(Speed::PerFrame(1.0)), threshold: Some(0.5), ..ModelArgs::default() };
         let params = resolve_params(&args).unwrap();
         assert_eq!(params.prediction.horizon, 6);
         assert_eq!(params.detection.threshold, 0.5);

@@ -24,7 +24,7 @@ fn csv_and_jsonl_hold_the_same() {
     assert_eq!(objects.len(), rows.len());
     assert!(!rows.is_empty());
     for (row, object) in rows.iter().zip(&objects) {
-        assert_eq!(object.as_object().unwrap().len(), 8);
+        assert_eq!(object.as_object().unwrap().len(), 11);
         assert!(object["time_s"].is_null() && row.time.is_none(), "pictures tell no time");
         assert_eq!(object["frame"], row.frame);
         assert_eq!(object["name"], *row.name);

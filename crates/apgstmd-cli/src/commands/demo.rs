@@ -38,6 +38,7 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
     let machine = Machine::with_threads(threads);
     let options = Options {
         params: &params,
+        bank: None,
         machine,
         on_error: OnError::Stop,
         dump: None,
@@ -151,6 +152,7 @@ fn write_record(
         seconds_per_frame: report.timing(),
         seconds: report.wall.as_secs_f64(),
         speed: Some(speed),
+        bank: None,
         params,
         evaluation: Some(serde_json::to_value(verdict).map_err(Failure::failed)?),
     };

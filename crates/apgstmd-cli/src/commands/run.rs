@@ -13,7 +13,7 @@ use crate::sink::Sink;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
-use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
+use crate::sink::run_json::{BankRecord, Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
 use crate::sink::tracks::{Coco, Mot, TracksCsv};
 use crate::source::{Place, Selection};
@@ -33,6 +33,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     }
     let options = Options {
         params: &settings.params,
+        bank: settings.bank.as_ref(),
         machine: settings.machine.clone(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
@@ -127,7 +128,8 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         found: report.found,
         seconds_per_frame: report.timing(),
         seconds: report.wall.as_secs_f64(),
-        speed: settings.model.speed,
+        speed: settings.speed,
+        bank: settings.bank.as_ref().map(BankRecord::of),
         params: &settings.params,
         evaluation: None,
     };
@@ -216,10 +218,14 @@ fn summarise(settings: &RunSettings, report: &Report) {
         lines.push("interrupted: the files are complete up to there".to_owned());
     }
     if found.detections == 0 && !report.interrupted {
-        lines.push(format!(
-            "nothing found: these parameters are tuned to {:.2} px/frame; say how fast your targets move with --speed",
-            settings.params.prediction.v_opt
-        ));
+        lines.push(match &settings.bank {
+            None => format!(
+                "nothing found: these parameters are tuned to {:.2} px/frame; say how fast your targets move with --speed, \
+                 or look for all with --speed auto",
+                settings.params.prediction.v_opt
+            ),
+            Some(bank) => format!("nothing found of contrast {} and more: less is allowed with --contrast", bank.contrast),
+        });
     }
     let written = written(settings);
     if !written.is_empty() {

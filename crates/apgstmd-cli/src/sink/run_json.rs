@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use apgstmd_core::stimulus::Scene;
-use apgstmd_core::{Params, Size};
+use apgstmd_core::{BankParams, Params, Size};
 use serde::Serialize;
 
 use crate::Outcome;
@@ -51,11 +51,42 @@ pub struct RunRecord<'a> {
     pub seconds: f64,
     /// Speed the parameters were scaled to by `--speed`, px/frame.
     pub speed: Option<f64>,
-    /// All parameters, ready to be used again.
+    /// The bank, where it was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bank: Option<BankRecord>,
+    /// All parameters, ready to be used again; of a bank those that its members have in common.
     pub params: &'a Params,
     /// What the demo's scene holds and how much of it was found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<serde_json::Value>,
+}
+
+/// Detectors of several speeds and sizes.
+#[derive(Debug, Serialize)]
+pub struct BankRecord {
+    /// Each one.
+    pub members: Vec<MemberRecord>,
+    /// Least equivalent contrast of a detection.
+    pub contrast: f32,
+}
+
+/// One detector of a bank.
+#[derive(Debug, Serialize)]
+pub struct MemberRecord {
+    /// Speed it is tuned to, px/frame.
+    pub speed: f64,
+    /// Size it is tuned to, px.
+    pub size: f64,
+}
+
+impl BankRecord {
+    /// What was asked for.
+    pub fn of(bank: &BankParams) -> Self {
+        let size = bank.base.target_size();
+        let members = bank.members.iter();
+        let members = members.map(|member| MemberRecord { speed: member.speed, size: size * member.scale as f64 });
+        Self { members: members.collect(), contrast: bank.contrast }
+    }
 }
 
 /// What went in.

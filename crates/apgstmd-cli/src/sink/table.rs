@@ -12,7 +12,8 @@ use crate::Outcome;
 use crate::failure::Failure;
 
 /// Columns of the tables.
-pub const COLUMNS: [&str; 8] = ["frame", "name", "time_s", "x", "y", "score", "direction_rad", "trace"];
+pub const COLUMNS: [&str; 11] =
+    ["frame", "name", "time_s", "x", "y", "score", "direction_rad", "trace", "speed", "size", "contrast"];
 
 #[derive(Serialize)]
 struct Row<'a> {
@@ -26,6 +27,10 @@ struct Row<'a> {
     /// Empty in CSV, null in JSON where there is none.
     direction_rad: Option<f32>,
     trace: u64,
+    speed: f32,
+    size: f32,
+    /// Empty in CSV, null in JSON where it was no bank.
+    contrast: Option<f32>,
 }
 
 fn rows<'a>(seen: &'a Seen) -> impl Iterator<Item = Row<'a>> {
@@ -38,6 +43,9 @@ fn rows<'a>(seen: &'a Seen) -> impl Iterator<Item = Row<'a>> {
         score: detection.score,
         direction_rad: Some(detection.direction).filter(|direction| !direction.is_nan()),
         trace: detection.trace,
+        speed: detection.speed,
+        size: detection.size,
+        contrast: Some(detection.contrast).filter(|contrast| *contrast > 0.0),
     })
 }
 

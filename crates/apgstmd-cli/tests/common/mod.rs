@@ -152,10 +152,10 @@ pub fn csv_rows(path: &Path) -> Vec<Row> {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.ends_with('\n'), "the last row is complete");
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("frame,name,time_s,x,y,score,direction_rad,trace"));
+    assert_eq!(lines.next(), Some("frame,name,time_s,x,y,score,direction_rad,trace,speed,size,contrast"));
     let rows = lines.map(|line| {
         let cells: Vec<&str> = line.split(',').collect();
-        assert_eq!(cells.len(), 8, "{line}");
+        assert_eq!(cells.len(), 11, "{line}");
         Row {
             frame: cells[0].parse().unwrap(),
             name: cells[1].to_owned(),

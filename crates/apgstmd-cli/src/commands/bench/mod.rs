@@ -20,7 +20,7 @@ use self::scene::{Clip, TARGETS};
 use super::pipeline::progress_bar;
 use super::print;
 use crate::Outcome;
-use crate::args::{BenchArgs, ModelArg, ModelArgs};
+use crate::args::{BenchArgs, ModelArg, ModelArgs, Speed};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::settings::{resolve_params, resolve_threads};
@@ -116,7 +116,7 @@ fn params(args: &BenchArgs, model: Option<ModelArg>) -> Outcome<Params> {
     resolve_params(&ModelArgs {
         model,
         preset: args.preset,
-        speed: Some(args.speed),
+        speed: Some(Speed::PerFrame(args.speed)),
         rejection: args.rejection,
         ..ModelArgs::default()
     })

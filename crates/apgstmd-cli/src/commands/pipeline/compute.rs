@@ -5,11 +5,12 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use apgstmd_core::tracking::Observation;
-use apgstmd_core::{Detector, Frame, Machine, ParamError, Response, Size, Tracker};
+use apgstmd_core::{Frame, Machine, ParamError, Response, Size, Tracker};
 use indicatif::ProgressBar;
 
 use super::Options;
 use super::ahead::{Read, ReadAhead, room};
+use super::engine::{Engine, tracked};
 use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::Failure;
@@ -77,7 +78,7 @@ impl From<Failure> for End {
 }
 
 struct Model {
-    detector: Detector,
+    detector: Engine,
     /// As many as frames are computed together.
     responses: Vec<Response>,
     tracker: Option<Tracker>,
@@ -193,7 +194,10 @@ impl<'a> Compute<'a> {
         // Only the last frame of a block can be looked into, and live nothing may wait for others.
         let most =
             if self.options.dump.is_some() || self.options.live { 1 } else { detector.block_len().min(room(bytes)) };
-        let tracker = self.options.tracks.then(|| Tracker::new(picture.size(), self.options.params));
+        let tracker = self.options.tracks.then(|| match self.options.bank {
+            None => Tracker::new(picture.size(), self.options.params),
+            Some(bank) => Tracker::new(picture.size(), &tracked(bank)?),
+        });
         let tracker = tracker.transpose().map_err(Failure::usage)?;
         Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector, tracker, last: None })
     }
@@ -235,7 +239,9 @@ impl<'a> Compute<'a> {
         let compute = compute + begin.elapsed();
         let begin = Instant::now();
         let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));
-        let copied = wanted.iter().map(|&stage| Ok((stage, detector.probe().stage(stage).map_err(Failure::failed)?)));
+        let probe = detector.probe();
+        let copied = wanted.iter().zip(probe.iter().cycle());
+        let copied = copied.map(|(&stage, probe)| Ok((stage, probe.stage(stage).map_err(Failure::failed)?)));
         let maps = copied.collect::<Outcome<Vec<_>>>()?;
         let copy = begin.elapsed();
         let seen = Seen { frame, name, time, picture, detections: responses[index].detections.clone(), tracks, maps };
@@ -248,12 +254,12 @@ impl<'a> Compute<'a> {
 /// Bytes of the maps of frames that are computed together.
 const TOGETHER: usize = 24 << 20;
 
-fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outcome<Detector> {
+fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outcome<Engine> {
     // What is computed together should stay in the caches, and takes memory.
     let size = picture.size();
     let together = (TOGETHER / (7 * size_of::<f32>() * size.area())).clamp(1, 4);
     let machine = Machine { together, ..options.machine.clone() };
-    Detector::with_options(size, options.params, &machine).map_err(|error| match error {
+    Engine::new(size, options, &machine).map_err(|error| match error {
         ParamError::TooSmall { .. } | ParamError::TooLarge { .. } => {
             Failure::failed(format_args!("cannot use {origin}: {error}"))
         }

@@ -3,6 +3,7 @@
 
 mod ahead;
 mod compute;
+mod engine;
 mod latest;
 
 use std::collections::HashSet;
@@ -12,7 +13,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
-use apgstmd_core::{Machine, Params, Size};
+use apgstmd_core::{BankParams, Machine, Params, Size};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use self::ahead::ReadAhead;
@@ -31,6 +32,8 @@ const WAITING: usize = 2;
 /// How to drive.
 pub(super) struct Options<'a> {
     pub params: &'a Params,
+    /// Several detectors.
+    pub bank: Option<&'a BankParams>,
     pub machine: Machine,
     pub on_error: OnError,
     /// Inner maps that the sinks will write.
@@ -281,6 +284,7 @@ mod tests {
         let params = Params::default();
         let options = Options {
             params: &params,
+            bank: None,
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
@@ -314,6 +318,7 @@ mod tests {
         let params = Params::default();
         let options = Options {
             params: &params,
+            bank: None,
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
