@@ -3,7 +3,8 @@
     detector = apgstmd.Detector((height, width), speed=1.0)   # px/frame; one detector for each stream
     out = detector.process(frame)                             # uint8, uint16, float32, float64; grey or RGB
     out.detections                                            # x, y, score, direction, trace as NumPy columns
-    apgstmd.run("frames/", speed=1.0)                         # a whole folder, like the command line; .tracks has tracks
+    bank = apgstmd.Bank((height, width))                      # for targets of unknown speed and size
+    apgstmd.run("frames/")                                    # a whole folder, like the command line; .tracks has tracks
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
     apgstmd.reproduce(quick=True)                             # the paper's experiments, computed and judged
@@ -13,17 +14,21 @@ screen (0 = right, pi/2 = up), luminance in [0, 1].
 """
 
 from ._core import MODELS, STAGES, __version__
+from .bank import Bank
 from .detector import Detector
 from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
 from .folder import Run, run
 from .options import Parameter, parameters, params
 from .reproduction import Check, Reproduction, reproduce
-from .results import Detection, Detections, Output, RunDetection, RunDetections, TrackPoint, Tracks
+from .results import BankDetection, BankDetections, Detection, Detections, Output, RunDetection, RunDetections, TrackPoint, Tracks
 from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
     "MODELS",
     "STAGES",
+    "Bank",
+    "BankDetection",
+    "BankDetections",
     "Check",
     "Curve",
     "Detection",

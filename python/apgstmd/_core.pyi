@@ -15,11 +15,53 @@ _Whole: TypeAlias = NDArray[np.int64]
 _Real: TypeAlias = NDArray[np.float64]
 _Flag: TypeAlias = NDArray[np.bool_]
 
-__all__ = ["MODELS", "STAGES", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
+__all__ = ["MODELS", "STAGES", "Bank", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
 
 __version__: Final[str]
 MODELS: Final[tuple[str, ...]]
 STAGES: Final[tuple[str, ...]]
+
+@final
+class Bank:
+    """One stream's state. Every method releases the GIL; RuntimeError when another thread is inside."""
+
+    def __new__(
+        cls,
+        height: int,
+        width: int,
+        params: str,
+        speeds: Sequence[float] | None,
+        sizes: Sequence[float] | None,
+        contrast: float | None,
+        threads: int | None,
+        bit_depth: int | None,
+    ) -> Bank:
+        """`params` is what the members have in common (TOML). ValueError: a size, parameter, count or depth out of range."""
+
+    @property
+    def params(self) -> str:
+        """The parameter file it was made from."""
+
+    @property
+    def threads(self) -> int: ...
+    @property
+    def latency(self) -> int:
+        """Frames from the onset of a target to its complete response, the longest of a member."""
+
+    @property
+    def members(self) -> list[tuple[float, float]]:
+        """Speed, px/frame, and size, px, of each."""
+
+    def process(
+        self, frame: NDArray[Any]
+    ) -> tuple[_Map, _Map, tuple[list[NDArray[np.float32]], NDArray[np.int64]], tuple[float, float]]:
+        """(H, W) contrast, (H, W) direction, columns x, y, score, direction, speed, size, contrast and trace, background
+        shift (x, y) in px.
+        """
+
+    def reset(self) -> None: ...
+    def frames(self) -> int:
+        """Frames since construction or the last reset."""
 
 @final
 class Detector:

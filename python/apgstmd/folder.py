@@ -20,6 +20,7 @@ from .scene import Scene
 
 _OPTIONS = (
     *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("speeds", "sizes", "contrast"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
 )
 
@@ -52,7 +53,10 @@ def run(
     out: str | os.PathLike[str] | None = None,
     model: Model | None = None,
     preset: Preset | None = None,
-    speed: float | None = None,
+    speed: float | str | None = None,
+    speeds: Sequence[float] = (),
+    sizes: Sequence[float] = (),
+    contrast: float | None = None,
     rejection: Rejection | None = None,
     localise: Localise | None = None,
     threshold: float | None = None,
@@ -86,7 +90,10 @@ def run(
         file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
         "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
     out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
-    model, preset, speed, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
+    speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
+    speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
+    contrast : the least of the bank's detections, 0 to 1, 0.01 by default.
+    model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
     fps : frames a second of pictures, or in place of the wrong rate of a video.
     live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
@@ -107,10 +114,11 @@ def run(
     cannot be read and folders that cannot be written. Ctrl-C ends it after the frame in work: the files in `out` are
     complete up to there.
 
-        found = apgstmd.run("frames/", speed=2.0)
+        found = apgstmd.run("frames/")
         found.detections[found.detections.frame == 100].x
     """
-    text = resolve(model, preset, speed, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
+    told = speed if not isinstance(speed, str) else None
+    text = resolve(model, preset, told, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
     path = None if isinstance(input, Scene) else os.fspath(input)
     elsewhere = path is not None and ("://" in path or path == "-" or any(mark in path for mark in "*?[%{"))
     if path is not None and not elsewhere and not os.path.exists(path):
@@ -118,6 +126,9 @@ def run(
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
     options: dict[str, object] = {
+        "speeds": ",".join(map(repr, map(float, speeds))) or None,
+        "sizes": ",".join(map(repr, map(float, sizes))) or None,
+        "contrast": contrast,
         "start": _place("start", start, 0),
         "stop": _place("stop", stop, 0),
         "step": _place("step", step, 1),
@@ -144,7 +155,7 @@ def run(
             # The command line has no flag for each parameter, but it takes a file with all of them.
             file = Path(scratch, "params.toml")
             file.write_text(text, encoding="utf-8")
-            options |= {"params": str(file)}
+            options |= {"params": str(file), "speed": speed if told is None else None}
         else:
             # Said as on the command line, so that run.json tells what was asked for.
             options |= {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
@@ -202,4 +213,7 @@ def _read_table(path: Path) -> RunDetections:
         score=column("score", np.float32),
         direction=column("direction_rad", np.float32),
         trace=column("trace", np.int64),
+        speed=column("speed", np.float32),
+        size=column("size", np.float32),
+        contrast=np.nan_to_num(column("contrast", np.float32)),
     )

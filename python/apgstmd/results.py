@@ -101,9 +101,40 @@ class Detections(Table):
     trace: NDArray[np.int64]
 
 
+class BankDetection(NamedTuple):
+    """One small moving target in one frame, as a bank sees it.
+
+    As `Detection`, but score lies between 0 and 1 and is comparable between members, clips and settings: contrast x
+    straightness^2 x sqrt(points / 60, at most 1), by what its trace has shown so far. speed in px/frame and size in px are
+    those that the best member is tuned to; contrast is that of a black 5 x 5 target on white that looks and responds as
+    strongly.
+    """
+
+    x: float
+    y: float
+    score: float
+    direction: float
+    trace: int
+    speed: float
+    size: float
+    contrast: float
+
+
+class BankDetections(Detections):
+    """As `Detections`, with the columns speed, size and contrast (float32) behind the others."""
+
+    __slots__ = ("speed", "size", "contrast")
+    names = (*Detections.names, "speed", "size", "contrast")
+    row: ClassVar[Any] = BankDetection
+
+    speed: NDArray[np.float32]
+    size: NDArray[np.float32]
+    contrast: NDArray[np.float32]
+
+
 class RunDetection(NamedTuple):
     """One target in one frame: `frame` is its number, `name` its file, `time` its seconds, NaN where nothing tells; the
-    rest as in `Detection`.
+    rest as in `BankDetection`. contrast is 0 where a single detector was run.
     """
 
     frame: int
@@ -114,13 +145,16 @@ class RunDetection(NamedTuple):
     score: float
     direction: float
     trace: int
+    speed: float
+    size: float
+    contrast: float
 
 
-class RunDetections(Detections):
-    """As `Detections` over all frames, with the columns frame (int64), name (str) and time (float64) before the others."""
+class RunDetections(BankDetections):
+    """As `BankDetections` over all frames, with the columns frame (int64), name (str) and time (float64) before the others."""
 
     __slots__ = ("frame", "name", "time")
-    names = ("frame", "name", "time", *Detections.names)
+    names = ("frame", "name", "time", *BankDetections.names)
     row = RunDetection
 
     frame: NDArray[np.int64]

@@ -99,7 +99,7 @@ def test_run_draws_it_on_the_way(tmp_path: Path) -> None:
     found = apgstmd.run(scene, speed=1.0)
     detector = apgstmd.Detector(scene.shape, speed=1.0)
     rows = [(t, t / 100, *row) for t, frame in enumerate(scene) for row in detector.process(frame).detections]
-    assert [(row.frame, row.time, *row[3:]) for row in found.detections] == rows
+    assert [(row.frame, row.time, *row[3:8]) for row in found.detections] == rows
     assert rows
     assert found.summary["input"]["scene"]["width"] == 96
 

@@ -2,6 +2,7 @@
 //! What users see (keywords, results, their documentation) is Python and lives in `python/apgstmd`.
 
 mod arrays;
+mod bank;
 mod detector;
 mod errors;
 mod evaluation;
@@ -19,6 +20,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STAGES", PyTuple::new(module.py(), stages)?)?;
     let models = apgstmd_core::Model::ALL.iter().map(|model| model.name());
     module.add("MODELS", PyTuple::new(module.py(), models)?)?;
+    module.add_class::<bank::Bank>()?;
     module.add_class::<detector::Detector>()?;
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;
