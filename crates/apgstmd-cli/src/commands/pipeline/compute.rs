@@ -189,8 +189,8 @@ impl<'a> Compute<'a> {
 
     fn make(&self, picture: &Picture, origin: &str) -> Outcome<Model> {
         let detector = new_detector(picture, origin, self.options)?;
-        let response = detector.make_response();
-        let bytes = picture.bytes() + size_of_val(&response.map[[0, 0]]) * 2 * response.map.len();
+        // A response holds two maps.
+        let bytes = picture.bytes() + 2 * size_of::<f32>() * picture.size().area();
         // Only the last frame of a block can be looked into, and live nothing may wait for others.
         let most =
             if self.options.dump.is_some() || self.options.live { 1 } else { detector.block_len().min(room(bytes)) };
@@ -199,7 +199,9 @@ impl<'a> Compute<'a> {
             Some(bank) => Tracker::new(picture.size(), &tracked(bank)?),
         });
         let tracker = tracker.transpose().map_err(Failure::usage)?;
-        Ok(Model { responses: vec![response; most], first: origin.to_owned(), detector, tracker, last: None })
+        // Made one by one: a copy has no room for detections.
+        let responses = (0..most).map(|_| detector.make_response()).collect();
+        Ok(Model { responses, first: origin.to_owned(), detector, tracker, last: None })
     }
 
     fn process(&mut self, block: Vec<Accepted>) -> Result<(), End> {
@@ -257,7 +259,7 @@ const TOGETHER: usize = 24 << 20;
 fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outcome<Engine> {
     // What is computed together should stay in the caches, and takes memory.
     let size = picture.size();
-    let together = (TOGETHER / (7 * size_of::<f32>() * size.area())).clamp(1, 4);
+    let together = (TOGETHER / (7 * size_of::<f32>() * size.area()).max(1)).clamp(1, 4);
     let machine = Machine { together, ..options.machine.clone() };
     Engine::new(size, options, &machine).map_err(|error| match error {
         ParamError::TooSmall { .. } | ParamError::TooLarge { .. } => {
