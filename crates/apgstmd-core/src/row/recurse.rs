@@ -44,7 +44,8 @@ pub(crate) struct CascadeTaps<const K: usize> {
     pub weights: Vec<[f32; K]>,
 }
 
-/// Filters one row. `states` holds one row a state; with `add` the outputs are added to what `out` holds.
+/// Filters one row. `states` holds all states of `LANES` columns, then those of the next, so that memory is one stream;
+/// with `add` the outputs are added to what `out` holds.
 pub(crate) fn cascade<const K: usize>(
     level: Level,
     taps: &CascadeTaps<K>,
@@ -91,7 +92,10 @@ fn cascade_in<S: Simd, const K: usize>(
     let flush = |value: S::f32s| value.abs().simd_lt(tiny).select(zero, value);
     let (pole, least) = (S::f32s::splat(simd, taps.pole), S::f32s::splat(simd, least));
     for x in (0..width).step_by(S::f32s::LEN) {
-        // SAFETY: x + LEN <= width, the length of input, outputs and each state.
+        // All states of LANES columns lie side by side.
+        let first = (x - x % LANES) * count + x % LANES;
+        // SAFETY: x + LEN <= width, the length of input and outputs; LEN divides LANES, and states holds `count` of them
+        // for each of width.
         unsafe {
             let sample = (load(simd, input, x) * sign).max(least);
             let mut sums = [zero; K];
@@ -101,12 +105,12 @@ fn cascade_in<S: Simd, const K: usize>(
             let mut before = sample;
             for j in 0..count {
                 let (weights, feed) = (&taps.weights[j], taps.feeds[j]);
-                let state = load(simd, states, j * width + x);
+                let state = load(simd, states, first + j * LANES);
                 for k in 0..K {
                     sums[k] = state.mul_add(S::f32s::splat(simd, weights[k]), sums[k]);
                 }
                 let next = before.mul_add(S::f32s::splat(simd, feed), pole * state);
-                store::<S>(flush(next), states, j * width + x);
+                store::<S>(flush(next), states, first + j * LANES);
                 before = state;
             }
             for k in 0..K {
