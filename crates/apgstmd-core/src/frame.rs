@@ -132,7 +132,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    fn write_integers<T: Copy + Into<f64> + Into<f32>>(
+    fn write_integers<T: Copy + Ord + Into<f64> + Into<f32>>(
         &self,
         view: ArrayView3<'_, T>,
         into: &mut Plane,
@@ -143,8 +143,12 @@ impl<'a> Frame<'a> {
             sample * scale
         });
         // Grey and colour alike: no mixture of samples within full scale exceeds it.
-        let over = |sample: T| <T as Into<f64>>::into(sample) > self.full_scale;
-        let wrong = any(view, over).then(|| view.indexed_iter().find(|(_, sample)| over(**sample))).flatten();
+        let over = |sample: &T| <T as Into<f64>>::into(*sample) > self.full_scale;
+        let largest = match view.as_slice() {
+            Some(samples) => samples.iter().max(),
+            None => view.iter().max(),
+        };
+        let wrong = largest.is_some_and(over).then(|| view.indexed_iter().find(|(_, sample)| over(sample))).flatten();
         match wrong {
             Some(((y, x, _), value)) => {
                 Err(FrameError::AboveFullScale { x, y, value: (*value).into(), full_scale: self.full_scale })
