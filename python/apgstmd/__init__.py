@@ -20,7 +20,18 @@ from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvalu
 from .folder import Run, run
 from .options import Parameter, parameters, params
 from .reproduction import Check, Reproduction, reproduce
-from .results import BankDetection, BankDetections, Detection, Detections, Output, RunDetection, RunDetections, TrackPoint, Tracks
+from .results import (
+    BankDetection,
+    BankDetections,
+    Detection,
+    Detections,
+    EgoMotion,
+    Output,
+    RunDetection,
+    RunDetections,
+    TrackPoint,
+    Tracks,
+)
 from .scene import Scene, Truth, TruthRow, synth
 
 __all__ = [
@@ -33,6 +44,7 @@ __all__ = [
     "Curve",
     "Detection",
     "Detections",
+    "EgoMotion",
     "Detector",
     "Evaluation",
     "HotaCurve",

@@ -92,8 +92,12 @@ class Detector:
     def stages(self) -> tuple[str, ...]:
         """The stages that its model has."""
 
-    def process(self, frame: NDArray[Any]) -> tuple[_Map, _Map, _Columns, tuple[float, float]]:
-        """(H, W) response, (H, W) direction, columns x, y, score, direction, trace, background shift (x, y) in px."""
+    def process(
+        self, frame: NDArray[Any]
+    ) -> tuple[_Map, _Map, _Columns, tuple[float, float], tuple[float, float, float, bool], bool]:
+        """(H, W) response, (H, W) direction, columns x, y, score, direction, trace, background shift (x, y) in px,
+        (rotation, zoom, residual, unexplained) of the background, whether the scene was cut before this frame.
+        """
 
     def stage(self, name: str) -> NDArray[np.float32]:
         """A copy of a stage of the last frame: (H, W), (4, H, W) for C, (8, H, W) for D, E, Ep, F, Q.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import Detections, Output
+from .results import Detections, EgoMotion, Output
 
 
 class Detector:
@@ -89,8 +89,9 @@ class Detector:
         Raises TypeError for another type of array, ValueError for another size, NaN, infinity or floats outside [0, 1],
         RuntimeError when another thread is inside. The detector is unchanged after each of them.
         """
-        response, direction, (x, y, score, angle, trace), shift = self._core.process(frame)
-        return Output(Detections(x=x, y=y, score=score, direction=angle, trace=trace), response, direction, shift)
+        response, direction, (x, y, score, angle, trace), shift, ego, cut = self._core.process(frame)
+        detections = Detections(x=x, y=y, score=score, direction=angle, trace=trace)
+        return Output(detections, response, direction, shift, EgoMotion(*ego), cut)
 
     def stage(self, name: str) -> NDArray[np.float32]:
         """A copy of an inner stage of the last frame; zeros before the first. `stages` lists those that the model has.

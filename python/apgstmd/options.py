@@ -70,6 +70,7 @@ class Parameters(TypedDict, total=False):
     rejection_contrast_window: int
     rejection_contrast_min_points: int
     rejection_contrast_deviation: float
+    rejection_background: Literal["off", "translation", "similarity"]
     rejection_motion_min_points: int
     rejection_motion_path: float
     rejection_motion_distance: float

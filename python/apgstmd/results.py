@@ -212,19 +212,37 @@ class Tracks(Table):
     age: NDArray[np.int64]
 
 
+class EgoMotion(NamedTuple):
+    """How the background moved from the last frame to this one, besides `Output.background_shift`.
+
+    It turned about the middle of the picture by rotation, radians, counter-clockwise on the screen, and grew by the
+    factor zoom; residual is what the motion leaves of the change from frame to frame: 1.5 times the median absolute
+    residual, luminance. unexplained: the picture tells of no motion, and none is assumed.
+    """
+
+    rotation: float
+    zoom: float
+    residual: float
+    unexplained: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Output:
     """What one frame showed.
 
     detections: the confirmed targets. response: (H, W) float32, max over directions of the facilitated output Q,
     comparable between frames. direction: (H, W) float32, angle of the vector sum of Q in radians, NaN where Q = 0.
-    background_shift: movement of the background since the last frame, (x, y) px, (0, 0) unless rejection is "motion".
+    background_shift: movement of the background since the last frame in the middle of the picture, (x, y) px, (0, 0)
+    unless rejection is "motion". ego_motion: its rotation and zoom. cut: the scene was cut before this frame, and
+    everything began anew (with rejection_background "similarity" only).
     """
 
     detections: Detections
     response: NDArray[np.float32]
     direction: NDArray[np.float32]
     background_shift: tuple[float, float]
+    ego_motion: EgoMotion
+    cut: bool
 
     def __repr__(self) -> str:
         height, width = self.response.shape

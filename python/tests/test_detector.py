@@ -131,3 +131,24 @@ def assert_same(a: apgstmd.Output, b: apgstmd.Output) -> None:
     assert np.array_equal(a.direction, b.direction, equal_nan=True)
     assert list(a.detections) == list(b.detections)
     assert a.background_shift == b.background_shift
+    assert (a.ego_motion, a.cut) == (b.ego_motion, b.cut)
+
+
+def test_the_camera_turns_and_the_scene_is_cut() -> None:
+    y, x = np.mgrid[:120, :160].astype(np.float64)
+    y, x = y - 59.5, x - 79.5
+
+    def picture(angle: float, seed: int) -> Any:
+        # Turned counter-clockwise on the screen, y downward.
+        u, v = np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
+        random = np.random.default_rng(seed)
+        waves = [np.sin(random.normal(0, 0.1) * u + random.normal(0, 0.1) * v + random.uniform(0, 6)) for _ in range(20)]
+        return np.clip(0.5 + 0.05 * np.sum(waves, axis=0), 0, 1)
+
+    detector = apgstmd.Detector((120, 160), speed=1.0)
+    outputs = [detector.process(picture(0.02 * t, int(t >= 6))) for t in range(10)]
+    assert [out.cut for out in outputs] == [t == 6 for t in range(10)]
+    for t, out in enumerate(outputs):
+        turned = 0.0 if t in (0, 6) else 0.02
+        assert abs(out.ego_motion.rotation - turned) < 1e-3 and abs(out.ego_motion.zoom - 1) < 1e-3
+        assert not out.ego_motion.unexplained

@@ -4,12 +4,14 @@
 //! different sides of a threshold, both must stand within rounding of it; the naive model then takes the fast one's
 //! side, so that every later frame can be held to the same strict bound.
 
+use apgstmd_core::params::BackgroundMotion;
 use apgstmd_core::{Detector, Frame, Model, Params, Response, Size, Stage};
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 
 pub use crate::floors::{Floors, LUMINANCE_ROUNDING};
 use crate::naive::lobula::theta;
 use crate::naive::map::{Map, maximum, peak};
+use crate::naive::motion::{Found, Motion};
 use crate::naive::retina::{region, threshold};
 use crate::naive::rivals::Rival;
 use crate::naive::{Decisions, Detection, Naive, Seen};
@@ -22,6 +24,10 @@ const PLACE: f64 = 2e-3;
 
 /// Gauss-Newton stops at steps below 1e-3 px, and f32 may take one step more or less, px.
 const SHIFT: f64 = 2e-3;
+
+/// Luminance that the median absolute residual may be off: f32 rounding of P and of places up to 300 px, and one step more
+/// or less of Gauss-Newton.
+const RESIDUAL: f64 = 1e-4;
 
 /// The fast core lets go of a region that has faded below this share: what it still adds is lost in the rounding of P.
 const FADED: f64 = 1e-6;
@@ -138,15 +144,12 @@ impl Pair {
         let fast = |stage: Stage| maps(&self.fast.probe().stage(stage).expect("the model says it has it"));
         let (e, c) = (fast(if self.params.model.is_directional() { Stage::E } else { Stage::Y }), fast(Stage::C));
         let region = self.region()?;
-        let (dx, dy) = self.response.background_shift;
-        let shift = (f64::from(dx), f64::from(dy));
+        let given = self.motion();
         let decisions =
-            Decisions { region: region.as_ref(), response: Some((&e, &c)), shift: Some(shift), faded: FADED };
+            Decisions { region: region.as_ref(), response: Some((&e, &c)), motion: Some(given), faded: FADED };
         let seen = self.naive.step_with(&frame.mapv(|v| f64::from(v) / 255.0), decisions);
 
-        if (seen.shift.0 - shift.0).hypot(seen.shift.1 - shift.1) > SHIFT {
-            return Err(format!("background shift {shift:?}, the truth is {:?}", seen.shift));
-        }
+        self.background(&given, &seen.background)?;
         let floor = self.floors.of(&seen);
         for &stage in self.params.model.stages() {
             let most = peak(&seen[stage]);
@@ -173,6 +176,28 @@ impl Pair {
         }
         self.detections += seen.detections.len();
         Ok(seen)
+    }
+
+    /// The background's motion as the fast core has it.
+    fn motion(&self) -> Motion {
+        let ((dx, dy), ego) = (self.response.background_shift, self.response.ego_motion);
+        Motion::new((f64::from(dx), f64::from(dy)), f64::from(ego.rotation), f64::from(ego.zoom))
+    }
+
+    /// The background's motion at the ends of the longer side, and what is left of the picture.
+    fn background(&self, given: &Motion, truth: &Found) -> Result<(), String> {
+        let ego = self.response.ego_motion;
+        let half = self.fast.size().width.max(self.fast.size().height) as f64 / 2.0;
+        let shift = (given.shift.0 - truth.motion.shift.0).hypot(given.shift.1 - truth.motion.shift.1);
+        let ends = half * (given.stretch - truth.motion.stretch).hypot(given.turn - truth.motion.turn);
+        let similarity = self.params.rejection.background == BackgroundMotion::Similarity;
+        let same = (ego.unexplained, self.response.cut) == (truth.unexplained, truth.cut)
+            && (f64::from(ego.residual) - truth.residual).abs() <= RESIDUAL;
+        if shift.max(ends) > SHIFT || similarity && !same {
+            let cut = self.response.cut;
+            return Err(format!("background {given:?}, {ego:?}, cut {cut}, the truth is {truth:?}"));
+        }
+        Ok(())
     }
 
     /// Omega as the fast core's own M gives it, after checking that the naive M gives the same but for rounding.

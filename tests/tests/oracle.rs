@@ -3,8 +3,9 @@
 use std::cell::Cell;
 
 use apgstmd_core::params::{
-    AttentionParams, DetectionParams, EmdParams, EstmdParams, Gate, LaminaInhibitionParams, LobulaParams, Localise,
-    PredictionParams, RejectionMode, RejectionParams, RetinaParams, Speckles, Support, TemporalEngine,
+    AttentionParams, BackgroundMotion, DetectionParams, EmdParams, EstmdParams, Gate, LaminaInhibitionParams,
+    LobulaParams, Localise, PredictionParams, RejectionMode, RejectionParams, RetinaParams, Speckles, Support,
+    TemporalEngine,
 };
 use apgstmd_core::{Model, Params, Preset, Size};
 use apgstmd_tests::compare::Pair;
@@ -77,6 +78,7 @@ prop_compose! {
 prop_compose! {
     fn rejection()(
         mode in select(vec![RejectionMode::Off, RejectionMode::Contrast, RejectionMode::Motion]),
+        background in select(vec![BackgroundMotion::Off, BackgroundMotion::Translation, BackgroundMotion::Similarity]),
         (gate, gate_frames) in (1.0f64..9.0, prop_oneof![Just(0.0), 0.0f64..3.0]),
         max_missed in 0u32..4,
         keep_radius in 0u32..9,
@@ -85,7 +87,7 @@ prop_compose! {
         peaks in (prop_oneof![Just(0.0), Just(1e-7)], 1u32..30, 1u32..7),
         localise in select(vec![Localise::Response, Localise::Target]),
     ) -> (RejectionParams, DetectionParams) {
-        let mut rejection = RejectionParams { mode, gate, gate_frames, max_missed, keep_radius, ..RejectionParams::default() };
+        let mut rejection = RejectionParams { mode, background, gate, gate_frames, max_missed, keep_radius, ..RejectionParams::default() };
         (rejection.contrast_sigma, rejection.contrast_offset) = (contrast.0, contrast.1);
         (rejection.contrast_window, rejection.contrast_min_points) = (contrast.2, contrast.3);
         rejection.contrast_deviation = contrast.4;

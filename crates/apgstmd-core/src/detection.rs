@@ -52,8 +52,37 @@ pub struct Response {
     pub direction: Array2<f32>,
     /// Confirmed targets, strongest first.
     pub detections: Vec<Detection>,
-    /// Shift of the background from the last frame to this one, (x, y) px; (0, 0) where it is not estimated.
+    /// Shift of the background from the last frame to this one in the middle of the picture, (x, y) px; (0, 0) where it
+    /// is not estimated.
     pub background_shift: (f32, f32),
+    /// The rest of the background's motion, and how well it explains the picture.
+    pub ego_motion: EgoMotion,
+    /// The picture has nothing to do with the last one (found with `rejection.background = "similarity"` only): filters
+    /// and traces begin anew, as before the first frame.
+    pub cut: bool,
+}
+
+/// How the background moved from the last frame to this one, about the middle of the picture: turned by `rotation`,
+/// enlarged by `zoom` and shifted by [`Response::background_shift`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EgoMotion {
+    /// Radians, counter-clockwise on the screen.
+    pub rotation: f32,
+    /// Factor: above 1 things become larger.
+    pub zoom: f32,
+    /// Robust scale of what the motion leaves of the change from frame to frame: 1.5 times the median absolute residual,
+    /// luminance. 0 where nothing was compared.
+    pub residual: f32,
+    /// The picture tells of no motion (no structure, nothing that fits, more than the estimate can follow), and none is
+    /// assumed.
+    pub unexplained: bool,
+}
+
+impl Default for EgoMotion {
+    /// Nothing moves.
+    fn default() -> Self {
+        Self { rotation: 0.0, zoom: 1.0, residual: 0.0, unexplained: false }
+    }
 }
 
 impl Response {
@@ -64,6 +93,8 @@ impl Response {
             direction: Array2::from_elem(shape, f32::NAN),
             detections: Vec::with_capacity(max_peaks),
             background_shift: (0.0, 0.0),
+            ego_motion: EgoMotion::default(),
+            cut: false,
         }
     }
 

@@ -39,7 +39,7 @@ mod timing;
 pub mod tracking;
 
 pub use bank::{Bank, BankParams, Member, SCALES};
-pub use detection::{Detection, Response};
+pub use detection::{Detection, EgoMotion, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};
 pub use error::{FrameError, ParamError};
 pub use frame::{Frame, Samples, Size};

@@ -159,6 +159,11 @@ impl Series {
         self.count = count;
     }
 
+    /// Lets go of all but the first `count` frames.
+    pub fn keep(&mut self, count: usize) {
+        self.count = count;
+    }
+
     pub fn maps(&self) -> &[Plane] {
         &self.maps[..self.count]
     }

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{Detection, Model, Params, Response, Size, Stage};
+use apgstmd_core::{Detection, EgoMotion, Model, Params, Response, Size, Stage};
 use ndarray::Axis;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -14,6 +14,10 @@ use crate::errors::Error;
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Map<'py> = Bound<'py, PyArray2<f32>>;
+/// rotation, zoom, residual, unexplained.
+type Ego = (f32, f32, f32, bool);
+/// Response, direction, detections, background shift, its rotation and zoom, whether the scene was cut.
+type Output<'py> = (Map<'py>, Map<'py>, Columns<'py>, (f32, f32), Ego, bool);
 /// x, y, score, direction, trace.
 type Columns<'py> = (Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Column<'py, i64>);
 
@@ -66,16 +70,14 @@ impl Detector {
         })
     }
 
-    fn process<'py>(
-        &self,
-        py: Python<'py>,
-        frame: &Bound<'py, PyAny>,
-    ) -> PyResult<(Map<'py>, Map<'py>, Columns<'py>, (f32, f32))> {
+    fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
         let borrowed = Borrowed::new(frame, self.bits)?;
         let frame = borrowed.frame();
-        let Response { map, direction, detections, background_shift } =
+        let Response { map, direction, detections, background_shift, ego_motion, cut } =
             self.run(py, |detector| detector.process(frame))?.map_err(Error::from)?;
-        Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift))
+        let EgoMotion { rotation, zoom, residual, unexplained } = ego_motion;
+        let ego = (rotation, zoom, residual, unexplained);
+        Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift, ego, cut))
     }
 
     #[getter]

@@ -13,6 +13,7 @@
 pub mod gamma;
 pub mod lobula;
 pub mod map;
+pub mod motion;
 pub mod prediction;
 pub mod rejection;
 pub mod retina;
@@ -21,10 +22,11 @@ pub mod shift;
 
 use std::ops::Index;
 
-use apgstmd_core::params::{Gate, Localise, RejectionMode};
+use apgstmd_core::params::{Gate, Localise};
 use apgstmd_core::{DIRECTIONS, Params, Stage};
 
 use self::map::{Map, maximum};
+use self::motion::{Background, Found, Motion};
 use self::rejection::{Confirmed, Traces};
 
 /// A detection in float64.
@@ -51,8 +53,8 @@ pub struct Seen {
     pub q: Vec<Map>,
     /// Detections, highest score first.
     pub detections: Vec<Detection>,
-    /// The background's shift as estimated here.
-    pub shift: (f64, f64),
+    /// The background's motion as estimated here.
+    pub background: Found,
 }
 
 impl Index<Stage> for Seen {
@@ -71,8 +73,8 @@ pub struct Decisions<'a> {
     pub region: Option<&'a Map>,
     /// E and C of this frame, from which peaks are found and traces judged.
     pub response: Option<(&'a [Map], &'a [Map])>,
-    /// The background's shift in this frame.
-    pub shift: Option<(f64, f64)>,
+    /// The background's motion in this frame.
+    pub motion: Option<Motion>,
     /// R below this counts as 0. By the specification nothing does: a region fades for ever.
     pub faded: f64,
 }
@@ -97,7 +99,7 @@ pub struct Naive {
     m: Vec<Map>,
     r: Option<Map>,
     traces: Traces,
-    shift: (f64, f64),
+    background: Background,
 }
 
 impl Naive {
@@ -125,7 +127,7 @@ impl Naive {
             m: Vec::new(),
             r: None,
             traces: Traces::default(),
-            shift: (0.0, 0.0),
+            background: Background::default(),
         }
     }
 
@@ -146,6 +148,15 @@ impl Naive {
         let zero = Map::zeros(frame.dim());
 
         let p = retina::retina(frame, &params);
+        let background = self.background.step(&p, &params);
+        let motion = decisions.motion.unwrap_or(background.motion);
+        self.background.shift = motion.shift;
+        if background.cut {
+            self.traces.end();
+            [&mut self.p, &mut self.seen, &mut self.tm3, &mut self.tm2, &mut self.m].into_iter().for_each(Vec::clear);
+            self.f.clear();
+            self.r = None;
+        }
         let c: Vec<Map> = self.contrast_kernels.iter().map(|kernel| map::convolve_replicate(&p, kernel)).collect();
 
         let attends = params.attention.enabled && params.prediction.enabled;
@@ -191,16 +202,9 @@ impl Naive {
         let d = lobula::correlation(&tm3, &mi1, &tm1_4, &tm1_5, &params);
         let e = lobula::inhibition(&d, &self.lateral_kernel, &params);
 
-        let shift = match self.p.last() {
-            Some(before) if params.rejection.mode == RejectionMode::Motion => {
-                shift::background_shift(before, &p, self.shift)
-            }
-            _ => (0.0, 0.0),
-        };
-        self.shift = decisions.shift.unwrap_or(shift);
         let (judged_e, judged_c) = decisions.response.unwrap_or((&e, &c));
         let peaks = rejection::peaks(&maximum(judged_e), &params);
-        let confirmed = self.traces.step(&peaks, judged_c, self.shift, &params);
+        let confirmed = self.traces.step(&peaks, judged_c, &motion, &params);
         let kept = rejection::keep(&e, &confirmed, &params);
         self.p.push(p.clone());
 
@@ -238,7 +242,7 @@ impl Naive {
             (Stage::M, vec![m]),
             (Stage::Q, q.clone()),
         ];
-        Seen { stages, q, detections, shift }
+        Seen { stages, q, detections, background }
     }
 }
 

@@ -1,9 +1,10 @@
 //! Rejection: peaks of max over theta of E, their traces, and which traces are targets.
 
 use apgstmd_core::Params;
-use apgstmd_core::params::RejectionMode;
+use apgstmd_core::params::{BackgroundMotion, RejectionMode};
 
 use super::map::Map;
+use super::motion::{Motion, middle};
 
 /// A maximum of its neighbourhood.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +56,11 @@ struct Trace {
     id: u64,
     place: (f64, f64),
     velocity: (f64, f64),
+    /// The last place carried along with the background, and the velocity relative to that.
+    carried: (f64, f64),
+    drift: (f64, f64),
     missed: u32,
-    /// Places minus the background's shift since the start, oldest first.
+    /// Places, carried along with the background to the present frame, oldest first.
     relative: Vec<(f64, f64)>,
     /// Contrast vectors, oldest first.
     contrast: Vec<[f64; 4]>,
@@ -77,15 +81,24 @@ pub struct Traces {
     /// In order of creation.
     traces: Vec<Trace>,
     next: u64,
-    background: (f64, f64),
 }
 
 impl Traces {
-    /// Links the peaks of a frame and returns those of confirmed traces, strongest first. `shift` is the background's.
-    pub fn step(&mut self, peaks: &[Peak], c: &[Map], shift: (f64, f64), params: &Params) -> Vec<Confirmed> {
-        self.background = (self.background.0 + shift.0, self.background.1 + shift.1);
-        let peak_of =
-            self.closest_pairs(peaks, params.rejection.gate + params.rejection.gate_frames * params.prediction.v_opt);
+    /// Ends all traces; numbers go on.
+    pub fn end(&mut self) {
+        self.traces.clear();
+    }
+
+    /// Links the peaks of a frame and returns those of confirmed traces, strongest first. `motion` is the background's.
+    pub fn step(&mut self, peaks: &[Peak], c: &[Map], motion: &Motion, params: &Params) -> Vec<Confirmed> {
+        let middle = middle(c[0].dim());
+        let both = params.rejection.background == BackgroundMotion::Similarity;
+        for trace in &mut self.traces {
+            trace.relative.iter_mut().for_each(|place| *place = motion.carry(*place, middle));
+            trace.carried = motion.carry(trace.carried, middle);
+        }
+        let gate = params.rejection.gate + params.rejection.gate_frames * params.prediction.v_opt;
+        let peak_of = self.closest_pairs(peaks, gate, both);
 
         let mut trace_of = vec![None; peaks.len()];
         for (trace, matched) in self.traces.iter_mut().zip(&peak_of) {
@@ -96,6 +109,9 @@ impl Traces {
                     let step = ((place.0 - trace.place.0) / frames, (place.1 - trace.place.1) / frames);
                     trace.velocity = (0.7 * trace.velocity.0 + 0.3 * step.0, 0.7 * trace.velocity.1 + 0.3 * step.1);
                     trace.place = place;
+                    let drift = ((place.0 - trace.carried.0) / frames, (place.1 - trace.carried.1) / frames);
+                    trace.drift = (0.7 * trace.drift.0 + 0.3 * drift.0, 0.7 * trace.drift.1 + 0.3 * drift.1);
+                    trace.carried = place;
                     trace.missed = 0;
                     trace_of[*peak] = Some(trace.id);
                 }
@@ -109,7 +125,9 @@ impl Traces {
                 self.traces.push(Trace {
                     id: self.next,
                     place: peak.place,
-                    velocity: shift,
+                    velocity: if both { (0.0, 0.0) } else { motion.shift },
+                    carried: peak.place,
+                    drift: (0.0, 0.0),
                     missed: 0,
                     relative: Vec::new(),
                     contrast: Vec::new(),
@@ -121,7 +139,7 @@ impl Traces {
         let mut confirmed = Vec::new();
         for (&peak, id) in peaks.iter().zip(trace_of) {
             let trace = self.traces.iter_mut().find(|trace| Some(trace.id) == id).expect("every peak has a trace");
-            trace.relative.push((peak.place.0 - self.background.0, peak.place.1 - self.background.1));
+            trace.relative.push(peak.place);
             trace.contrast.push([0, 1, 2, 3].map(|j| c[j][peak.pixel]));
             if trace.is_target(params) {
                 confirmed.push(Confirmed { peak, trace: trace.id });
@@ -131,14 +149,15 @@ impl Traces {
     }
 
     /// The peak of every trace: the closest pairs within the gate first (then trace order, then peak order).
-    fn closest_pairs(&self, peaks: &[Peak], gate: f64) -> Vec<Option<usize>> {
+    fn closest_pairs(&self, peaks: &[Peak], gate: f64, both: bool) -> Vec<Option<usize>> {
         let mut pairs = Vec::new();
         for (t, trace) in self.traces.iter().enumerate() {
             let frames = f64::from(trace.missed + 1);
-            let x = trace.place.0 + trace.velocity.0 * frames;
-            let y = trace.place.1 + trace.velocity.1 * frames;
+            let after = |place: (f64, f64), v: (f64, f64)| (place.0 + v.0 * frames, place.1 + v.1 * frames);
+            let (seen, carried) = (after(trace.place, trace.velocity), after(trace.carried, trace.drift));
             for (p, peak) in peaks.iter().enumerate() {
-                let distance = (peak.place.0 - x).hypot(peak.place.1 - y);
+                let off = |(x, y): (f64, f64)| (peak.place.0 - x).hypot(peak.place.1 - y);
+                let distance = if both { off(seen).min(off(carried)) } else { off(seen) };
                 if distance <= gate {
                     pairs.push((distance, t, p));
                 }
@@ -230,7 +249,7 @@ mod tests {
             for t in 0..12 {
                 let (x, y) = (5 + t, 20);
                 let peak = Peak { pixel: (y, x), value: 1.0, place: (x as f64, y as f64) };
-                last = traces.step(&[peak], &c, shift, &params);
+                last = traces.step(&[peak], &c, &Motion { shift, ..Motion::NONE }, &params);
             }
             last.iter().map(|c| c.trace).collect::<Vec<_>>()
         };

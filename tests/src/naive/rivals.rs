@@ -4,13 +4,13 @@
 //! discrete exponential runs over i = 0, 1, 2, ...; every filter's past before the first frame is zero (L is zero then);
 //! responses at or below `response_floor` are zero in Y and in the motion detectors as in E.
 
-use apgstmd_core::params::RejectionMode;
 use apgstmd_core::{DIRECTIONS, Model, Params, Stage};
 
 use super::lobula::{correlation, inhibition, lateral_kernel, upstream};
 use super::map::{Map, convolve_replicate, convolve_zero, kernel_from, maximum};
+use super::motion::Background;
 use super::rejection::{Traces, keep, peaks};
-use super::{Decisions, Detection, Seen, gamma, retina, shift};
+use super::{Decisions, Detection, Seen, gamma, retina};
 
 /// A model and all it has seen.
 pub struct Rival {
@@ -26,7 +26,7 @@ pub struct Rival {
     off_delay: Vec<f64>,
     low_pass: Vec<f64>,
     traces: Traces,
-    shift: (f64, f64),
+    background: Background,
     // One entry a frame, latest last.
     p: Vec<Map>,
     excitation: Vec<Map>,
@@ -75,7 +75,7 @@ impl Rival {
             off_delay: gamma::taps(estmd.off_order, estmd.off_tau),
             low_pass: exponential(emd.tau),
             traces: Traces::default(),
-            shift: (0.0, 0.0),
+            background: Background::default(),
             p: Vec::new(),
             excitation: Vec::new(),
             inhibition: Vec::new(),
@@ -90,13 +90,14 @@ impl Rival {
     pub fn step_with(&mut self, frame: &Map, decisions: Decisions<'_>) -> Seen {
         let p = retina::retina(frame, &self.params);
         let c: Vec<Map> = self.contrast_kernels.iter().map(|kernel| convolve_replicate(&p, kernel)).collect();
-        let shift = match self.p.last() {
-            Some(before) if self.params.rejection.mode == RejectionMode::Motion => {
-                shift::background_shift(before, &p, self.shift)
-            }
-            _ => (0.0, 0.0),
-        };
-        self.shift = decisions.shift.unwrap_or(shift);
+        let background = self.background.step(&p, &self.params);
+        let motion = decisions.motion.unwrap_or(background.motion);
+        self.background.shift = motion.shift;
+        if background.cut {
+            self.traces.end();
+            let Self { p, excitation, inhibition, tm3, tm2, off, y, .. } = self;
+            [p, excitation, inhibition, tm3, tm2, off, y].into_iter().for_each(Vec::clear);
+        }
         self.p.push(p.clone());
         let [fast, slow] = &self.lamina;
         let l = gamma::filter_primed(&self.p, fast) - gamma::filter_primed(&self.p, slow);
@@ -121,7 +122,7 @@ impl Rival {
         };
 
         let (judged_e, judged_c) = decisions.response.unwrap_or((&e, &c));
-        let confirmed = self.traces.step(&peaks(&maximum(judged_e), &self.params), judged_c, self.shift, &self.params);
+        let confirmed = self.traces.step(&peaks(&maximum(judged_e), &self.params), judged_c, &motion, &self.params);
         let q = keep(&e, &confirmed, &self.params);
         if self.params.model.is_directional() {
             stages.push((Stage::Ep, q.clone()));
@@ -129,7 +130,7 @@ impl Rival {
         let mut detections: Vec<_> =
             confirmed.iter().map(|confirmed| Detection::new(confirmed, &q, &self.params, self.lag)).collect();
         detections.sort_by(|a, b| b.score.total_cmp(&a.score));
-        Seen { stages, q, detections, shift }
+        Seen { stages, q, detections, background }
     }
 
     /// L1 = ([h]+ * L) filtered by exp(-t / 3) + ([h]- * L) filtered by exp(-t / 9).

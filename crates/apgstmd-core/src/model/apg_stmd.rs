@@ -58,31 +58,19 @@ impl ApgStmd {
             lamina: Lamina::new(size, &params.lamina, engine, threads),
             medulla: Medulla::new(size, &params.medulla, engine, threads, together),
             lobula: Lobula::new(size, params, threads),
-            rejection: Rejection::new(size, params),
+            rejection: Rejection::new(size, params, together),
             prediction: Prediction::new(params, &memorizer.grid, threads),
             facilitation: Facilitation::new(&params.prediction, threads),
             memorizer,
         }
     }
-}
 
-impl Wiring for ApgStmd {
-    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        self.block(bands, from_ref(luminance), from_mut(response), timing);
-    }
-
-    fn block(&mut self, bands: &Bands, luminance: &[Plane], responses: &mut [Response], timing: Option<&mut Timing>) {
-        let Self { frames, p, l, retina, attention, lamina, medulla, lobula, rejection, .. } = self;
+    /// The frames of which P is at hand, in which the scene goes on.
+    fn scene(&mut self, bands: &Bands, responses: &mut [Response], clock: &mut Clock<'_>) {
+        let Self { frames, p, l, attention, lamina, medulla, lobula, rejection, .. } = self;
         let Self { prediction, facilitation, memorizer, .. } = self;
-        let mut clock = Clock::start(timing);
-        let (count, horizon) = (luminance.len(), memorizer.horizon());
+        let (count, horizon) = (responses.len(), memorizer.horizon());
         let l = &mut l[..count];
-
-        p.begin(count);
-        for (luminance, p) in luminance.iter().zip(p.maps_mut()) {
-            retina.process(bands, luminance, p);
-        }
-        clock.lap(Part::Retina);
         // The memorizer still stands at the frame before these.
         let predicted =
             |frame: usize| (*frames + frame as u64 >= horizon as u64).then(|| memorizer.ago(horizon - 1 - frame));
@@ -94,7 +82,7 @@ impl Wiring for ApgStmd {
         clock.lap(Part::Medulla);
         for (frame, response) in responses.iter_mut().enumerate() {
             let (p, l, medulla) = (&p.maps()[frame], &l[frame], medulla.frame(frame));
-            bands.both(|| lobula.process(bands, l, medulla), || rejection.follow(p));
+            bands.both(|| lobula.process(bands, l, medulla), || rejection.follow(bands, p, frame));
             clock.lap_tiles(Part::Lobula, lobula.tiles());
             rejection.process(bands, p, &lobula.responses(l, medulla));
             let kept = rejection.kept(&lobula.e);
@@ -108,6 +96,49 @@ impl Wiring for ApgStmd {
             clock.lap(Part::Facilitation);
         }
         *frames += count as u64;
+    }
+
+    /// Forgets the earlier frames.
+    fn forget(&mut self) {
+        self.frames = 0;
+        self.p.fill(0.0);
+        self.l.iter_mut().for_each(|l| l.fill(0.0));
+        self.attention.reset();
+        self.lamina.reset();
+        self.medulla.reset();
+        self.lobula.reset();
+        self.prediction.reset();
+        self.memorizer.reset();
+    }
+}
+
+impl Wiring for ApgStmd {
+    fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
+        self.block(bands, from_ref(luminance), from_mut(response), timing);
+    }
+
+    fn block(&mut self, bands: &Bands, luminance: &[Plane], responses: &mut [Response], timing: Option<&mut Timing>) {
+        let mut clock = Clock::start(timing);
+        let (mut luminance, mut responses) = (luminance, responses);
+        let mut looked_at = 0;
+        loop {
+            self.p.begin(luminance.len());
+            for (luminance, p) in luminance.iter().zip(self.p.maps_mut()) {
+                self.retina.process(bands, luminance, p);
+            }
+            let Self { p, rejection, .. } = &mut *self;
+            let cut = (looked_at..luminance.len()).find(|frame| rejection.look(bands, &p.maps()[*frame], *frame));
+            clock.lap(Part::Retina);
+            let (scene, next) = responses.split_at_mut(cut.unwrap_or(luminance.len()));
+            if !scene.is_empty() {
+                self.p.keep(scene.len());
+                self.scene(bands, scene, &mut clock);
+            }
+            let Some(cut) = cut else { break };
+            self.forget();
+            self.rejection.begin_at(cut);
+            (luminance, responses, looked_at) = (&luminance[cut..], next, 1);
+        }
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {
@@ -143,15 +174,7 @@ impl Wiring for ApgStmd {
     }
 
     fn reset(&mut self) {
-        self.frames = 0;
-        self.p.fill(0.0);
-        self.l.iter_mut().for_each(|l| l.fill(0.0));
-        self.attention.reset();
-        self.lamina.reset();
-        self.medulla.reset();
-        self.lobula.reset();
+        self.forget();
         self.rejection.reset();
-        self.prediction.reset();
-        self.memorizer.reset();
     }
 }

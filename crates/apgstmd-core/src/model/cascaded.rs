@@ -47,26 +47,38 @@ impl Cascaded {
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             estmd: Estmd::new(size, params, threads),
             emd: Emd::new(size, params),
-            rejection: Rejection::new(size, params),
+            rejection: Rejection::new(size, params, 1),
             readout: Readout::new(size, threads),
         }
+    }
+
+    /// Forgets the earlier frames.
+    fn forget(&mut self) {
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.lamina_inhibition.reset();
+        self.estmd.reset();
+        self.emd.reset();
     }
 }
 
 impl Wiring for Cascaded {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        let Self { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        p.begin(1);
-        retina.process(bands, luminance, &mut p.maps_mut()[0]);
+        self.p.begin(1);
+        self.retina.process(bands, luminance, &mut self.p.maps_mut()[0]);
+        if self.rejection.look(bands, self.p.last(), 0) {
+            self.forget();
+        }
         clock.lap(Part::Retina);
+        let Self { p, l, lamina, lamina_inhibition, estmd, emd, rejection, readout, .. } = self;
         lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
-        rejection.follow(p.last());
+        rejection.follow(bands, p.last(), 0);
         rejection.process(bands, p.last(), &(&emd.e, &emd.strongest));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
@@ -92,11 +104,7 @@ impl Wiring for Cascaded {
 
     fn reset(&mut self) {
         self.p.fill(0.0);
-        self.l.fill(0.0);
-        self.lamina.reset();
-        self.lamina_inhibition.reset();
-        self.estmd.reset();
-        self.emd.reset();
+        self.forget();
         self.rejection.reset();
     }
 }

@@ -49,19 +49,31 @@ impl Dstmd {
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             medulla: Medulla::new(size, &params.medulla, engine, threads, 1),
             lobula: Lobula::new(size, params, threads),
-            rejection: Rejection::new(size, params),
+            rejection: Rejection::new(size, params, 1),
             readout: Readout::new(size, threads),
         }
+    }
+
+    /// Forgets the earlier frames.
+    fn forget(&mut self) {
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.lamina_inhibition.reset();
+        self.medulla.reset();
+        self.lobula.reset();
     }
 }
 
 impl Wiring for Dstmd {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        let Self { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        p.begin(1);
-        retina.process(bands, luminance, &mut p.maps_mut()[0]);
+        self.p.begin(1);
+        self.retina.process(bands, luminance, &mut self.p.maps_mut()[0]);
+        if self.rejection.look(bands, self.p.last(), 0) {
+            self.forget();
+        }
         clock.lap(Part::Retina);
+        let Self { p, l, lamina, lamina_inhibition, medulla, lobula, rejection, readout, .. } = self;
         lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
@@ -71,7 +83,7 @@ impl Wiring for Dstmd {
         lobula.process(bands, l1, medulla.frame(0));
         clock.lap_tiles(Part::Lobula, lobula.tiles());
         clock.count_tiles(Grid::new(p.last().size()).count());
-        rejection.follow(p.last());
+        rejection.follow(bands, p.last(), 0);
         rejection.process(bands, p.last(), &lobula.responses(l1, medulla.frame(0)));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
@@ -102,11 +114,7 @@ impl Wiring for Dstmd {
 
     fn reset(&mut self) {
         self.p.fill(0.0);
-        self.l.fill(0.0);
-        self.lamina.reset();
-        self.lamina_inhibition.reset();
-        self.medulla.reset();
-        self.lobula.reset();
+        self.forget();
         self.rejection.reset();
     }
 }

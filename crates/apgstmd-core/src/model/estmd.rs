@@ -44,25 +44,36 @@ impl Estmd {
             lamina: Lamina::new(size, &params.lamina, engine, threads),
             lamina_inhibition: LaminaInhibition::new(size, &params.lamina_inhibition, threads),
             estmd: SmallTarget::new(size, params, threads),
-            rejection: Rejection::new(size, params),
+            rejection: Rejection::new(size, params, 1),
             readout: Readout::new(size, threads),
         }
+    }
+
+    /// Forgets the earlier frames.
+    fn forget(&mut self) {
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.lamina_inhibition.reset();
+        self.estmd.reset();
     }
 }
 
 impl Wiring for Estmd {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        let Self { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        p.begin(1);
-        retina.process(bands, luminance, &mut p.maps_mut()[0]);
+        self.p.begin(1);
+        self.retina.process(bands, luminance, &mut self.p.maps_mut()[0]);
+        if self.rejection.look(bands, self.p.last(), 0) {
+            self.forget();
+        }
         clock.lap(Part::Retina);
+        let Self { p, l, lamina, lamina_inhibition, estmd, rejection, readout, .. } = self;
         lamina.process(bands, (p, None), from_mut(l));
         lamina_inhibition.process(bands, l);
         clock.lap(Part::Lamina);
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
-        rejection.follow(p.last());
+        rejection.follow(bands, p.last(), 0);
         rejection.process(bands, p.last(), &(array::from_ref(&estmd.y), &estmd.y));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, array::from_ref(&estmd.y), response);
@@ -85,10 +96,7 @@ impl Wiring for Estmd {
 
     fn reset(&mut self) {
         self.p.fill(0.0);
-        self.l.fill(0.0);
-        self.lamina.reset();
-        self.lamina_inhibition.reset();
-        self.estmd.reset();
+        self.forget();
         self.rejection.reset();
     }
 }

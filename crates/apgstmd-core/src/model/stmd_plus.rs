@@ -46,19 +46,30 @@ impl StmdPlus {
             lamina: Lamina::new(size, &params.lamina, engine, threads),
             medulla: Medulla::new(size, &params.medulla, engine, threads, 1),
             lobula: Lobula::new(size, params, threads),
-            rejection: Rejection::new(size, params),
+            rejection: Rejection::new(size, params, 1),
             readout: Readout::new(size, threads),
         }
+    }
+
+    /// Forgets the earlier frames.
+    fn forget(&mut self) {
+        self.l.fill(0.0);
+        self.lamina.reset();
+        self.medulla.reset();
+        self.lobula.reset();
     }
 }
 
 impl Wiring for StmdPlus {
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>) {
-        let Self { p, l, retina, lamina, medulla, lobula, rejection, readout } = self;
         let mut clock = Clock::start(timing);
-        p.begin(1);
-        retina.process(bands, luminance, &mut p.maps_mut()[0]);
+        self.p.begin(1);
+        self.retina.process(bands, luminance, &mut self.p.maps_mut()[0]);
+        if self.rejection.look(bands, self.p.last(), 0) {
+            self.forget();
+        }
         clock.lap(Part::Retina);
+        let Self { p, l, lamina, medulla, lobula, rejection, readout, .. } = self;
         lamina.process(bands, (p, None), from_mut(l));
         clock.lap(Part::Lamina);
         medulla.process(bands, from_ref(l));
@@ -66,7 +77,7 @@ impl Wiring for StmdPlus {
         lobula.process(bands, l, medulla.frame(0));
         clock.lap_tiles(Part::Lobula, lobula.tiles());
         clock.count_tiles(Grid::new(p.last().size()).count());
-        rejection.follow(p.last());
+        rejection.follow(bands, p.last(), 0);
         rejection.process(bands, p.last(), &lobula.responses(l, medulla.frame(0)));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
@@ -92,10 +103,7 @@ impl Wiring for StmdPlus {
 
     fn reset(&mut self) {
         self.p.fill(0.0);
-        self.l.fill(0.0);
-        self.lamina.reset();
-        self.medulla.reset();
-        self.lobula.reset();
+        self.forget();
         self.rejection.reset();
     }
 }

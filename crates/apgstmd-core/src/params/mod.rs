@@ -20,7 +20,7 @@ use crate::error::ParamError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// For real footage: rejection `motion` with more peaks and a narrower gate; attention to everything that is predicted, of one scale,
+    /// For real footage: rejection `motion` before a background that may turn and zoom, with more peaks and a narrower gate; attention to everything that is predicted, of one scale,
     /// to speckles of either sign, gating change; ten times the weight of predictions; positions moved onto the target.
     /// Chosen by measurement, see `docs/attention.md`.
     Practical,
@@ -73,6 +73,18 @@ pub enum RejectionMode {
     Contrast,
     /// A trace counts when it moves, in a line, relative to the background.
     Motion,
+}
+
+/// How the background is taken to move from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BackgroundMotion {
+    /// Not at all: the camera stands still.
+    Off,
+    /// All of it alike, by up to about 10 px a frame, found from the last shift on.
+    Translation,
+    /// With rotation and zoom, found from coarse to fine; the scene may be cut. See `docs/motion.md`.
+    Similarity,
 }
 
 /// Which point of a moving thing a detection names.
@@ -249,6 +261,9 @@ stage_params! {
         contrast_min_points: u32 = 5, Between(1, 1000);
         /// "contrast": least standard deviation of the contrast along a confirmed trace, luminance.
         contrast_deviation: f64 = 0.06, Between(0.0, 10.0);
+        /// "motion": "off" (the camera stands still), "translation" or "similarity" (rotation and zoom too, larger
+        /// shifts; a cut of the scene begins everything anew).
+        background: BackgroundMotion = BackgroundMotion::Translation, Any("\"off\", \"translation\" or \"similarity\"");
         /// "motion": fewest points of a confirmed trace.
         motion_min_points: u32 = 4, Between(2, 1000);
         /// "motion": the last max(8, ceil(path / v_opt)) points are judged; this is path, px.
@@ -398,6 +413,7 @@ impl Params {
     pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
             self.rejection.mode = RejectionMode::Motion;
+            self.rejection.background = BackgroundMotion::Similarity;
             self.rejection.gate = 2.0;
             self.rejection.gate_frames = 1.5;
             self.rejection.motion_min_points = 3;

@@ -10,4 +10,5 @@ pub(crate) mod opponent;
 pub(crate) mod recurse;
 pub(crate) mod speckle;
 pub(crate) mod tile;
+pub(crate) mod warp;
 pub(crate) mod workers;

@@ -1,203 +1,158 @@
-//! The background's shift from frame to frame: a global translation found by Gauss-Newton on the retina output.
+//! The background's motion from frame to frame, as far as the picture tells: none, a translation or a similarity.
 //!
-//! Input: P. Output: (x, y) px that the background moved. State: the last P and the last shift. At most 4 iterations on
-//! at most 16384 pixels of a regular grid, bilinear, Cauchy weights at 1.5 times the median absolute residual, a margin
-//! left out. Where the picture has no structure, or the shift explains it no better than none, it is zero.
+//! Input: P. Output: the motion, how well it explains the picture, and whether the scene was cut. `look` must come before
+//! anything else sees the frame, since a cut ends what the filters remember; `follow` can come aside.
+
+use fearless_simd::Level;
 
 use crate::frame::Size;
-use crate::memory::heap;
+use crate::memory::{Heap, Memory, heap};
+use crate::params::{BackgroundMotion, Params, RejectionMode};
 use crate::plane::Plane;
+use crate::stage::similarity::Similarity;
+use crate::stage::translation::Translation;
 
-const ITERATIONS: usize = 4;
-const MARGIN: usize = 12;
-const MOST_SAMPLES: usize = 16384;
-/// Least mean squared gradient along the weakest axis, (luminance / px)^2.
-const STRUCTURE: f64 = 1e-8;
-/// Least scale of the residuals, luminance.
-const LEAST_SCALE: f32 = 1e-6;
-/// Steps below this end the search, px.
-const SETTLED: f64 = 1e-3;
-
-pub(crate) struct Background {
-    size: Size,
-    margin: usize,
-    step: usize,
-    /// Luminance of the last frame at the samples, and its gradient.
-    last: Vec<f32>,
-    gradient: [Vec<f32>; 2],
-    first: bool,
-    shift: (f64, f64),
-    residuals: Vec<f32>,
-    median: Median,
+/// A similarity of the plane: a place at (u, v) from the middle moves by shift + (stretch u - turn v, turn u + stretch v).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Motion {
+    /// Movement of the middle, px.
+    pub shift: (f64, f64),
+    /// zoom cos(angle) - 1, the angle clockwise on the screen.
+    pub stretch: f64,
+    /// zoom sin(angle).
+    pub turn: f64,
+    /// What it turns about.
+    pub middle: (f64, f64),
 }
 
-heap!(Background { last, gradient, residuals, median });
+heap!(Motion);
+
+impl Motion {
+    pub fn still(size: Size) -> Self {
+        let middle = ((size.width as f64 - 1.0) / 2.0, (size.height as f64 - 1.0) / 2.0);
+        Self { shift: (0.0, 0.0), stretch: 0.0, turn: 0.0, middle }
+    }
+
+    /// How far the background at a place moves.
+    pub fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let (u, v) = (x - self.middle.0, y - self.middle.1);
+        (self.shift.0 + self.stretch * u - self.turn * v, self.shift.1 + self.turn * u + self.stretch * v)
+    }
+
+    /// Where the background at a place goes.
+    pub fn carry(&self, place: (f64, f64)) -> (f64, f64) {
+        let (dx, dy) = self.at(place);
+        (place.0 + dx, place.1 + dy)
+    }
+
+    /// Radians, counter-clockwise on the screen.
+    pub fn rotation(&self) -> f64 {
+        // 0 and not -0 where nothing turns.
+        if self.turn == 0.0 { 0.0 } else { (-self.turn).atan2(1.0 + self.stretch) }
+    }
+
+    pub fn zoom(&self) -> f64 {
+        (1.0 + self.stretch).hypot(self.turn)
+    }
+}
+
+/// What was found about a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Finding {
+    pub motion: Motion,
+    /// Robust scale of what the motion does not explain, luminance: 1.5 times the median absolute residual.
+    pub residual: f32,
+    /// The picture tells of no motion, and none is assumed.
+    pub unexplained: bool,
+    /// The picture has nothing to do with the last one.
+    pub cut: bool,
+}
+
+impl Finding {
+    pub fn nothing(size: Size) -> Self {
+        Self { motion: Motion::still(size), residual: 0.0, unexplained: false, cut: false }
+    }
+}
+
+enum Estimator {
+    Off,
+    Translation(Box<Translation>),
+    Similarity(Box<Similarity>),
+}
+
+impl Heap for Estimator {
+    fn heap(&self) -> Memory {
+        match self {
+            Self::Off => Memory::default(),
+            Self::Translation(translation) => translation.heap(),
+            Self::Similarity(similarity) => similarity.heap(),
+        }
+    }
+}
+
+pub(crate) struct Background {
+    estimator: Estimator,
+    found: Finding,
+    none: Finding,
+}
+
+heap!(Background { estimator });
 
 impl Background {
-    pub fn new(size: Size) -> Self {
-        let least = size.height.min(size.width);
-        let margin = if least < 2 * MARGIN + 8 { least / 4 } else { MARGIN };
-        let area = (size.height - 2 * margin) * (size.width - 2 * margin);
-        let step = ((area as f64 / MOST_SAMPLES as f64).sqrt().ceil() as usize).max(1);
-        let samples = (size.height - 2 * margin).div_ceil(step) * (size.width - 2 * margin).div_ceil(step);
-        let sampled = || Vec::with_capacity(samples);
-        Self {
-            size,
-            margin,
-            step,
-            last: sampled(),
-            gradient: [sampled(), sampled()],
-            first: true,
-            shift: (0.0, 0.0),
-            residuals: sampled(),
-            median: Median::new(samples),
+    /// For `together` frames at once.
+    pub fn new(size: Size, params: &Params, together: usize) -> Self {
+        let none = Finding::nothing(size);
+        let estimator = match (params.rejection.mode, params.rejection.background) {
+            (RejectionMode::Motion, BackgroundMotion::Translation) => {
+                Estimator::Translation(Box::new(Translation::new(size)))
+            }
+            (RejectionMode::Motion, BackgroundMotion::Similarity) => {
+                Estimator::Similarity(Box::new(Similarity::new(size, together)))
+            }
+            _ => Estimator::Off,
+        };
+        Self { estimator, found: none, none }
+    }
+
+    /// Whether the scene was cut before this frame of those that are computed together.
+    pub fn look(&mut self, level: Level, p: &Plane, frame: usize) -> bool {
+        match &mut self.estimator {
+            Estimator::Similarity(similarity) => similarity.look(level, p, frame),
+            _ => false,
         }
     }
 
-    /// The shift from the last frame to this one.
-    pub fn process(&mut self, p: &Plane) -> (f64, f64) {
-        self.shift = if std::mem::replace(&mut self.first, false) { (0.0, 0.0) } else { self.estimate(p) };
-        self.remember(p);
-        self.shift
+    /// What was looked at as `frame` is the first frame from now on.
+    pub fn begin_at(&mut self, frame: usize) {
+        if let Estimator::Similarity(similarity) = &mut self.estimator {
+            similarity.begin_at(frame);
+        }
+    }
+
+    /// Finds the motion since the last frame. `look` has seen this one.
+    pub fn follow(&mut self, level: Level, p: &Plane, frame: usize) {
+        self.found = match &mut self.estimator {
+            Estimator::Off => self.none,
+            Estimator::Translation(translation) => {
+                let (shift, residual) = translation.process(p);
+                let motion = Motion { shift: shift.unwrap_or((0.0, 0.0)), ..self.none.motion };
+                Finding { motion, residual, unexplained: shift.is_none(), cut: false }
+            }
+            Estimator::Similarity(similarity) => similarity.follow(level, p, frame),
+        };
+    }
+
+    pub fn found(&self) -> &Finding {
+        &self.found
     }
 
     pub fn reset(&mut self) {
-        self.first = true;
-        self.shift = (0.0, 0.0);
-    }
-
-    fn estimate(&mut self, p: &Plane) -> (f64, f64) {
-        self.compare(p, (0.0, 0.0));
-        let still = self.scale();
-        let without = cost(&self.residuals, still);
-        let mut shift = self.shift;
-        for _ in 0..ITERATIONS {
-            self.compare(p, shift);
-            let scale = self.scale();
-            let Some(step) = self.step(scale) else { return (0.0, 0.0) };
-            shift = (shift.0 - step.0, shift.1 - step.1);
-            let limit = self.margin as f64 - 1.0;
-            if shift.0.abs() > limit || shift.1.abs() > limit {
-                return (0.0, 0.0);
-            }
-            if step.0.hypot(step.1) < SETTLED {
-                break;
-            }
+        self.found = self.none;
+        match &mut self.estimator {
+            Estimator::Off => {}
+            Estimator::Translation(translation) => translation.reset(),
+            Estimator::Similarity(similarity) => similarity.reset(),
         }
-        self.compare(p, shift);
-        if cost(&self.residuals, still) <= without { shift } else { (0.0, 0.0) }
-    }
-
-    fn columns(&self) -> impl Iterator<Item = usize> + Clone + use<> {
-        (self.margin..self.size.width - self.margin).step_by(self.step)
-    }
-
-    fn rows(&self) -> impl Iterator<Item = usize> + Clone + use<> {
-        (self.margin..self.size.height - self.margin).step_by(self.step)
-    }
-
-    /// Keeps what the next frame is compared with.
-    fn remember(&mut self, p: &Plane) {
-        let (rows, columns) = (self.rows(), self.columns());
-        let Self { last, gradient: [gx, gy], .. } = self;
-        [&mut *last, &mut *gx, &mut *gy].into_iter().for_each(Vec::clear);
-        for y in rows {
-            let (above, here, below) = (p.row(y - 1), p.row(y), p.row(y + 1));
-            for x in columns.clone() {
-                last.push(here[x]);
-                gx.push(0.5 * (here[x + 1] - here[x - 1]));
-                gy.push(0.5 * (below[x] - above[x]));
-            }
-        }
-    }
-
-    /// Residuals P_t(x + shift) - P_{t-1}(x).
-    fn compare(&mut self, p: &Plane, (shift_x, shift_y): (f64, f64)) {
-        let (whole_x, whole_y) = (shift_x.floor(), shift_y.floor());
-        let (fx, fy) = ((shift_x - whole_x) as f32, (shift_y - whole_y) as f32);
-        let Size { height, width } = self.size;
-        let (rows, columns) = (self.rows(), self.columns());
-        let mut last = self.last.iter();
-        self.residuals.clear();
-        for y in rows {
-            let top = (y as isize + whole_y as isize) as usize;
-            let (above, below) = (p.row(top), p.row((top + 1).min(height - 1)));
-            for (x, last) in columns.clone().zip(&mut last) {
-                let left = (x as isize + whole_x as isize) as usize;
-                let right = (left + 1).min(width - 1);
-                let upper = above[left] + fx * (above[right] - above[left]);
-                let lower = below[left] + fx * (below[right] - below[left]);
-                self.residuals.push(upper + fy * (lower - upper) - last);
-            }
-        }
-    }
-
-    /// 1.5 times the median absolute residual.
-    fn scale(&mut self) -> f32 {
-        (1.5 * self.median.of_absolute(&self.residuals)).max(LEAST_SCALE)
-    }
-
-    /// The Gauss-Newton step, with the gradient of the last frame; none where there is no structure.
-    fn step(&self, scale: f32) -> Option<(f64, f64)> {
-        const LANES: usize = 8;
-        // Several sums side by side: a single one would wait for each addition.
-        let mut sums = [[0.0f64; LANES]; 6];
-        let [gx, gy] = &self.gradient;
-        for ((r, gx), gy) in self.residuals.chunks(LANES).zip(gx.chunks(LANES)).zip(gy.chunks(LANES)) {
-            for (lane, ((&r, &gx), &gy)) in r.iter().zip(gx).zip(gy).enumerate() {
-                let weight = f64::from(1.0 / (1.0 + (r / scale) * (r / scale)));
-                let (r, gx, gy) = (f64::from(r), f64::from(gx), f64::from(gy));
-                let terms = [gx * gx, gx * gy, gy * gy, gx * r, gy * r, 1.0];
-                for (sum, term) in sums.iter_mut().zip(terms) {
-                    sum[lane] += weight * term;
-                }
-            }
-        }
-        let [xx, xy, yy, bx, by, weights] = sums.map(|lanes| lanes.iter().sum::<f64>());
-        let weakest = (0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()) / weights;
-        let determinant = xx * yy - xy * xy;
-        (weakest >= STRUCTURE).then(|| ((yy * bx - xy * by) / determinant, (xx * by - xy * bx) / determinant))
-    }
-}
-
-/// Sum of ln(1 + (r / scale)^2): what the Cauchy weights minimise.
-fn cost(residuals: &[f32], scale: f32) -> f64 {
-    // Logarithms of products: a factor is at most 1e12, for residuals up to 1 and the least scale.
-    const FACTORS: usize = 16;
-    let factor = |r: &f32| 1.0 + f64::from((r / scale) * (r / scale));
-    residuals.chunks(FACTORS).map(|residuals| residuals.iter().map(factor).product::<f64>().ln()).sum()
-}
-
-/// Median by counting: the bits of positive floats are in the order of the floats.
-struct Median {
-    counts: Vec<u32>,
-    /// The values that share the median's first bits.
-    near: Vec<f32>,
-}
-
-heap!(Median { counts, near });
-
-impl Median {
-    /// Sign, exponent and three bits of the fraction.
-    const BITS: u32 = 12;
-
-    fn new(most: usize) -> Self {
-        Self { counts: vec![0; 1 << Self::BITS], near: Vec::with_capacity(most) }
-    }
-
-    /// The upper median of |values|, which are not empty.
-    fn of_absolute(&mut self, values: &[f32]) -> f32 {
-        let bin = |value: f32| (value.abs().to_bits() >> (32 - Self::BITS)) as usize;
-        self.counts.fill(0);
-        values.iter().for_each(|value| self.counts[bin(*value)] += 1);
-        let (mut before, mut middle) = (0, 0);
-        while before + self.counts[middle] as usize <= values.len() / 2 {
-            before += self.counts[middle] as usize;
-            middle += 1;
-        }
-        self.near.clear();
-        self.near.extend(values.iter().filter(|value| bin(**value) == middle).map(|value| value.abs()));
-        *self.near.select_nth_unstable_by(values.len() / 2 - before, f32::total_cmp).1
     }
 }
 
@@ -205,64 +160,16 @@ impl Median {
 mod tests {
     use super::*;
 
-    fn picture(size: Size, shift: (f64, f64), target: (usize, usize)) -> Plane {
-        let mut plane = Plane::new(size);
-        for y in 0..size.height {
-            for x in 0..size.width {
-                let (u, v) = (x as f64 - shift.0, y as f64 - shift.1);
-                let value = 0.5 + 0.2 * (0.31 * u + 0.1 * v).sin() * (0.23 * v).cos() + 0.1 * (0.7 * v - 0.2 * u).sin();
-                let on_target = x.abs_diff(target.0) < 3 && y.abs_diff(target.1) < 3;
-                plane.row_mut(y)[x] = if on_target { 0.0 } else { value as f32 };
-            }
-        }
-        plane
-    }
-
     #[test]
-    fn finds_the_shift_behind_a_target_that_moves_otherwise() {
-        let size = Size::new(90, 120);
-        for (dx, dy) in [(0.25, 0.0), (-0.6, 0.4), (1.5, -1.0), (-2.4, 0.1)] {
-            let mut background = Background::new(size);
-            let mut found = (0.0, 0.0);
-            for t in 0..6 {
-                let shift = (dx * f64::from(t), dy * f64::from(t));
-                found = background.process(&picture(size, shift, (40 + t as usize, 50)));
-            }
-            // Bilinear interpolation of waves of 9 px and more.
-            assert!((found.0 - dx).abs() < 0.02 && (found.1 - dy).abs() < 0.02, "{found:?} {dx} {dy}");
-        }
-    }
-
-    #[test]
-    fn the_median_is_the_middle_one() {
-        let mut seed = 3u32;
-        for count in [1, 2, 7, 100, 1001] {
-            let values: Vec<f32> = (0..count)
-                .map(|_| {
-                    seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    (seed as f32 / u32::MAX as f32 - 0.4).powi(3)
-                })
-                .collect();
-            let mut sorted: Vec<f32> = values.iter().map(|value| value.abs()).collect();
-            sorted.sort_unstable_by(f32::total_cmp);
-            assert_eq!(Median::new(count).of_absolute(&values), sorted[count / 2]);
-        }
-        assert_eq!(Median::new(3).of_absolute(&[0.0; 3]), 0.0);
-    }
-
-    #[test]
-    fn no_shift_without_structure() {
-        let size = Size::new(40, 50);
-        let mut background = Background::new(size);
-        for t in 0..5 {
-            let mut plane = Plane::new(size);
-            plane.fill(0.7);
-            for y in 18..23 {
-                plane.row_mut(y)[15 + t..20 + t].fill(0.0);
-            }
-            let (x, y) = background.process(&plane);
-            // What does not change weighs a million times more than the target's edges.
-            assert!(x.abs() < 1e-6 && y.abs() < 1e-6, "{x} {y}");
-        }
+    fn rotation_is_counter_clockwise_on_the_screen() {
+        let still = Motion::still(Size::new(101, 201));
+        assert_eq!((still.at((3.0, 4.0)), still.rotation(), still.zoom()), ((0.0, 0.0), 0.0, 1.0));
+        let (angle, zoom) = (0.1f64, 1.05);
+        let motion = Motion { stretch: zoom * angle.cos() - 1.0, turn: -zoom * angle.sin(), ..still };
+        assert!((motion.rotation() - angle).abs() < 1e-12 && (motion.zoom() - zoom).abs() < 1e-12);
+        // Right of the middle it goes up.
+        let (x, y) = motion.carry((150.0, 50.0));
+        assert!((x - (100.0 + 50.0 * zoom * angle.cos())).abs() < 1e-9, "{x}");
+        assert!((y - (50.0 - 50.0 * zoom * angle.sin())).abs() < 1e-9, "{y}");
     }
 }

@@ -1,16 +1,16 @@
 //! Rejection: peaks of E are linked into traces; E' keeps E near peaks whose trace is confirmed.
 //!
-//! Input: E, P. Output: E', the confirmed peaks, the background's shift. State: traces, background. `off` keeps
+//! Input: E, P. Output: E', the confirmed peaks, the background's motion. State: traces, background. `off` keeps
 //! everything; `contrast` asks that directional contrast vary along the trace (STMD+); `motion` asks that the trace move,
 //! in a line, relative to the background.
 
 use crate::filter::peaks::{Peak, PeakFinder, most};
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::params::{Params, RejectionMode};
+use crate::params::{BackgroundMotion, Params, RejectionMode};
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
-use crate::stage::background::Background;
+use crate::stage::background::{Background, Finding};
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
 use crate::tiles::{Area, Grid};
@@ -27,9 +27,6 @@ pub(crate) struct Rejection<const N: usize> {
     background: Background,
     pub contrast: Contrast,
     traces: Traces,
-    /// How far the background has moved since the start.
-    travelled: (f64, f64),
-    shift: (f64, f64),
     /// Confirmed peaks of this frame, with their traces.
     pub confirmed: Vec<(Peak, Evidence)>,
     kept: [Plane; N],
@@ -93,7 +90,8 @@ struct Least {
 heap!(const N => Rejection<N> { background, contrast, finder, traces, confirmed, kept, kept_tiles });
 
 impl<const N: usize> Rejection<N> {
-    pub fn new(size: Size, params: &Params) -> Self {
+    /// For `together` frames at once.
+    pub fn new(size: Size, params: &Params, together: usize) -> Self {
         let rejection = &params.rejection;
         let (window, min_points) = match rejection.mode {
             RejectionMode::Off => (1, 0),
@@ -115,11 +113,15 @@ impl<const N: usize> Rejection<N> {
                 distance: rejection.motion_distance,
                 straightness: rejection.motion_straightness,
             },
-            background: Background::new(size),
+            background: Background::new(size, params, together),
             contrast: Contrast::new(rejection),
-            traces: Traces::new(params.gate(), rejection.max_missed, max_peaks, window as usize),
-            travelled: (0.0, 0.0),
-            shift: (0.0, 0.0),
+            traces: Traces::new(
+                params.gate(),
+                rejection.max_missed,
+                max_peaks,
+                window as usize,
+                rejection.background == BackgroundMotion::Similarity,
+            ),
             confirmed: Vec::with_capacity(max_peaks),
             kept: std::array::from_fn(|_| Plane::new(kept_size)),
             grid: Grid::new(size),
@@ -127,20 +129,31 @@ impl<const N: usize> Rejection<N> {
         }
     }
 
-    /// Follows the background, which needs nothing but P: call it before `process`.
-    pub fn follow(&mut self, p: &Plane) {
-        if self.mode == RejectionMode::Motion {
-            self.shift = self.background.process(p);
-            self.travelled = (self.travelled.0 + self.shift.0, self.travelled.1 + self.shift.1);
-        }
+    /// Whether the scene is cut before a frame: then whatever remembers earlier frames must forget them. Call it before
+    /// anything else sees P, for each of the frames that are computed together, until the first cut.
+    pub fn look(&mut self, bands: &Bands, p: &Plane, frame: usize) -> bool {
+        self.background.look(bands.level(), p, frame)
+    }
+
+    /// After `look` found a cut before `frame`: this is the first frame from now on.
+    pub fn begin_at(&mut self, frame: usize) {
+        self.background.begin_at(frame);
+    }
+
+    /// Follows the background, which needs nothing but P: call it between `look` and `process`.
+    pub fn follow(&mut self, bands: &Bands, p: &Plane, frame: usize) {
+        self.background.follow(bands.level(), p, frame);
     }
 
     /// Confirms peaks and makes E' of this frame.
     pub fn process(&mut self, bands: &Bands, p: &Plane, e: &impl Responses<N>) {
+        if self.background.found().cut {
+            self.traces.end();
+        }
         self.finder.find(bands, e.strongest());
-        let (mode, travelled, contrast) = (self.mode, self.travelled, &self.contrast);
-        self.traces.link(&self.finder.peaks, self.shift, |peak| Point {
-            relative: (f64::from(peak.sub_x) - travelled.0, f64::from(peak.sub_y) - travelled.1),
+        let (mode, contrast) = (self.mode, &self.contrast);
+        self.traces.link(&self.finder.peaks, &self.background.found().motion, |peak| Point {
+            place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
             step: 0.0,
             contrast: if mode == RejectionMode::Contrast {
                 contrast.at(p, peak.x, peak.y)
@@ -202,9 +215,9 @@ impl<const N: usize> Rejection<N> {
         if self.mode == RejectionMode::Off { e } else { &self.kept }
     }
 
-    /// Shift of the background since the last frame, px.
-    pub fn shift(&self) -> (f64, f64) {
-        self.shift
+    /// The background's motion since the last frame.
+    pub fn background(&self) -> &Finding {
+        self.background.found()
     }
 
     fn clear_kept(&mut self) {
@@ -224,7 +237,5 @@ impl<const N: usize> Rejection<N> {
         self.confirmed.clear();
         self.background.reset();
         self.traces.reset();
-        self.travelled = (0.0, 0.0);
-        self.shift = (0.0, 0.0);
     }
 }

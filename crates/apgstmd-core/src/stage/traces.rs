@@ -1,20 +1,24 @@
 //! Traces: peaks linked from frame to frame, closest pairs first, and what each trace has shown so far.
 //!
 //! State: the living traces with their last points. A trace is expected at its last place plus its velocity
-//! (0.7 v + 0.3 step) and ends after `max_missed` frames without a peak.
+//! (0.7 v + 0.3 step) and ends after `max_missed` frames without a peak. Points are carried along with the background, so
+//! that a path is relative to it, in px of the present picture. A trace begins with the background's velocity; with `both`
+//! it is expected in two places: as it moves in the picture, at first not at all, and as it moves relative to the
+//! background, at first with it.
 
 use std::collections::VecDeque;
 
 use crate::filter::peaks::Peak;
 use crate::memory::{Heap, Memory, heap, owned};
+use crate::stage::background::Motion;
 use crate::stage::contrast::ORIENTATIONS;
 
 /// What is remembered of a trace at a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
-    /// Place relative to the background.
-    pub relative: (f64, f64),
-    /// Distance of that from the trace's point before, px.
+    /// Where what it passed is now.
+    pub place: (f64, f64),
+    /// Distance of that from where the trace's point before was then, px.
     pub step: f64,
     /// Directional contrast there.
     pub contrast: [f32; ORIENTATIONS],
@@ -22,8 +26,10 @@ pub(crate) struct Point {
 
 pub(crate) struct Trace {
     pub id: u64,
-    place: (f64, f64),
-    velocity: (f64, f64),
+    /// In the picture.
+    seen: Track,
+    /// Relative to the background, with which the place is carried along.
+    carried: Track,
     missed: u32,
     /// Points so far, those that are remembered and earlier ones.
     pub count: u32,
@@ -33,6 +39,13 @@ pub(crate) struct Trace {
 
 /// Points over which straightness is told.
 const REMEMBERED: usize = 60;
+
+/// Where a trace was last, and its velocity, px a frame.
+#[derive(Clone, Copy, Default)]
+struct Track {
+    place: (f64, f64),
+    velocity: (f64, f64),
+}
 
 struct Pair {
     distance: f64,
@@ -44,6 +57,7 @@ pub(crate) struct Traces {
     gate: f64,
     max_missed: u32,
     window: usize,
+    both: bool,
     living: Vec<Trace>,
     /// Ended traces, kept for the memory of their points.
     spare: Vec<Trace>,
@@ -68,13 +82,13 @@ impl Heap for Trace {
 
 impl Traces {
     /// Room for `most_peaks` a frame and `window` points a trace.
-    pub fn new(gate: f64, max_missed: u32, most_peaks: usize, window: usize) -> Self {
+    pub fn new(gate: f64, max_missed: u32, most_peaks: usize, window: usize, both: bool) -> Self {
         // A trace lives only while it was seen in the last max_missed + 1 frames.
         let most = most_peaks * (max_missed as usize + 2);
         let trace = || Trace {
             id: 0,
-            place: (0.0, 0.0),
-            velocity: (0.0, 0.0),
+            seen: Track::default(),
+            carried: Track::default(),
             missed: 0,
             count: 0,
             points: VecDeque::with_capacity(window.max(REMEMBERED) + 1),
@@ -83,9 +97,10 @@ impl Traces {
             gate,
             max_missed,
             window,
+            both,
             living: Vec::with_capacity(most),
             spare: (0..most).map(|_| trace()).collect(),
-            pairs: Vec::with_capacity(most * most_peaks),
+            pairs: Vec::with_capacity(2 * most * most_peaks),
             downward: Vec::with_capacity(most_peaks),
             owner: Vec::with_capacity(most_peaks),
             found: Vec::with_capacity(most),
@@ -93,25 +108,33 @@ impl Traces {
         }
     }
 
-    /// Links the peaks of a frame; `shift` is the background's since the last, `point` what to remember of a peak.
-    pub fn link(&mut self, peaks: &[Peak], shift: (f64, f64), point: impl Fn(&Peak) -> Point) {
+    /// Links the peaks of a frame; `motion` is the background's since the last, `point` what to remember of a peak.
+    pub fn link(&mut self, peaks: &[Peak], motion: &Motion, point: impl Fn(&Peak) -> Point) {
+        for trace in &mut self.living {
+            trace.points.iter_mut().for_each(|point| point.place = motion.carry(point.place));
+            trace.carried.place = motion.carry(trace.carried.place);
+        }
         self.pairs.clear();
         self.downward.clear();
         self.downward.extend(0..peaks.len());
         self.downward.sort_unstable_by(|a, b| peaks[*a].sub_y.total_cmp(&peaks[*b].sub_y));
         for (index, trace) in self.living.iter().enumerate() {
             let frames = f64::from(trace.missed + 1);
-            let expected = (trace.place.0 + trace.velocity.0 * frames, trace.place.1 + trace.velocity.1 * frames);
-            let below = |peak: &usize| f64::from(peaks[*peak].sub_y) - expected.1;
-            let first = self.downward.partition_point(|peak| below(peak) < -self.gate);
-            for &peak_index in self.downward[first..].iter().take_while(|peak| below(peak) <= self.gate) {
-                let (dx, dy) = (f64::from(peaks[peak_index].sub_x) - expected.0, below(&peak_index));
-                if dx.abs() > self.gate {
-                    continue;
-                }
-                let distance = dx.hypot(dy);
-                if distance <= self.gate {
-                    self.pairs.push(Pair { distance, trace: index, peak: peak_index });
+            let expected =
+                |track: &Track| (track.place.0 + track.velocity.0 * frames, track.place.1 + track.velocity.1 * frames);
+            let tracks = [Some(&trace.seen), Some(&trace.carried).filter(|_| self.both)];
+            for expected in tracks.into_iter().flatten().map(expected) {
+                let below = |peak: &usize| f64::from(peaks[*peak].sub_y) - expected.1;
+                let first = self.downward.partition_point(|peak| below(peak) < -self.gate);
+                for &peak_index in self.downward[first..].iter().take_while(|peak| below(peak) <= self.gate) {
+                    let (dx, dy) = (f64::from(peaks[peak_index].sub_x) - expected.0, below(&peak_index));
+                    if dx.abs() > self.gate {
+                        continue;
+                    }
+                    let distance = dx.hypot(dy);
+                    if distance <= self.gate {
+                        self.pairs.push(Pair { distance, trace: index, peak: peak_index });
+                    }
                 }
             }
         }
@@ -137,7 +160,8 @@ impl Traces {
         for (peak, owner) in peaks.iter().zip(&mut self.owner) {
             if owner.is_none() {
                 let mut trace = self.spare.pop().expect("room for every trace that can live");
-                trace.begin(self.next_id, peak, shift);
+                let place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
+                trace.begin(self.next_id, place, if self.both { (0.0, 0.0) } else { motion.at(place) });
                 self.next_id += 1;
                 *owner = Some(self.living.len());
                 self.living.push(trace);
@@ -167,17 +191,22 @@ impl Traces {
         &self.living[self.owner[peak].expect("every peak has a trace")]
     }
 
-    pub fn reset(&mut self) {
+    /// Ends all traces. Numbers go on.
+    pub fn end(&mut self) {
         self.spare.append(&mut self.living);
+    }
+
+    pub fn reset(&mut self) {
+        self.end();
         self.next_id = 0;
     }
 }
 
 impl Trace {
-    fn begin(&mut self, id: u64, peak: &Peak, velocity: (f64, f64)) {
+    fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {
         self.id = id;
-        self.place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
-        self.velocity = velocity;
+        self.seen = Track { place, velocity };
+        self.carried = Track { place, velocity: (0.0, 0.0) };
         self.missed = 0;
         self.count = 0;
         self.points.clear();
@@ -195,9 +224,11 @@ impl Trace {
     fn follow(&mut self, peak: &Peak) {
         let place = (f64::from(peak.sub_x), f64::from(peak.sub_y));
         let frames = f64::from(self.missed + 1);
-        let step = ((place.0 - self.place.0) / frames, (place.1 - self.place.1) / frames);
-        self.velocity = (0.7 * self.velocity.0 + 0.3 * step.0, 0.7 * self.velocity.1 + 0.3 * step.1);
-        self.place = place;
+        for Track { place: last, velocity } in [&mut self.seen, &mut self.carried] {
+            let step = ((place.0 - last.0) / frames, (place.1 - last.1) / frames);
+            *velocity = (0.7 * velocity.0 + 0.3 * step.0, 0.7 * velocity.1 + 0.3 * step.1);
+            *last = place;
+        }
         self.missed = 0;
     }
 
@@ -232,5 +263,5 @@ impl Trace {
 }
 
 fn distance(a: &Point, b: &Point) -> f64 {
-    (b.relative.0 - a.relative.0).hypot(b.relative.1 - a.relative.1)
+    (b.place.0 - a.place.0).hypot(b.place.1 - a.place.1)
 }
