@@ -149,6 +149,7 @@ fn write_record(
         interrupted: false,
         error: None,
         found: report.found,
+        background: &report.background,
         seconds_per_frame: report.timing(),
         seconds: report.wall.as_secs_f64(),
         speed: Some(speed),

@@ -126,6 +126,7 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         interrupted: report.interrupted,
         error: report.failure.as_ref().and_then(Failure::text),
         found: report.found,
+        background: &report.background,
         seconds_per_frame: report.timing(),
         seconds: report.wall.as_secs_f64(),
         speed: settings.speed,
@@ -201,6 +202,16 @@ fn summarise(settings: &RunSettings, report: &Report) {
             count(live.dropped, "frame"),
             1e3 * live.delay.median,
             1e3 * live.delay.most,
+        ));
+    }
+    let background = &report.background;
+    if !background.cuts.is_empty() {
+        lines.push(format!("the scene is cut before {}: {:?}", count(background.cuts.len(), "frame"), background.cuts));
+    }
+    if 10 * background.unexplained > report.frames {
+        lines.push(format!(
+            "warning: in {} the picture does not tell how the camera moved, and is taken to stand still",
+            count(background.unexplained, "frame")
         ));
     }
     if !report.skipped.is_empty() {

@@ -10,7 +10,7 @@ pub mod table;
 pub mod tracks;
 
 use apgstmd_core::tracking::TrackPoint;
-use apgstmd_core::{Detection, Stage};
+use apgstmd_core::{Detection, EgoMotion, Stage};
 use ndarray::Array3;
 
 use crate::Outcome;
@@ -30,6 +30,12 @@ pub struct Seen {
     pub detections: Vec<Detection>,
     /// Points of tracks that became certain with this frame: its own and earlier ones.
     pub tracks: Vec<TrackPoint>,
+    /// How the background moved, (x, y) px in the middle and the rest.
+    pub background_shift: (f32, f32),
+    /// Rotation, zoom and what they leave.
+    pub ego_motion: EgoMotion,
+    /// The scene was cut before this frame.
+    pub cut: bool,
     /// What happened inside, as far as that is to be written.
     pub maps: Vec<(Stage, Array3<f32>)>,
 }

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use apgstmd_core::stimulus::Scene;
-use apgstmd_core::{BankParams, Params, Size};
+use apgstmd_core::{BankParams, EgoMotion, Params, Size};
 use serde::Serialize;
 
 use crate::Outcome;
 use crate::failure::Failure;
+use crate::sink::Seen;
 
 /// Raised when a field changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -45,6 +46,8 @@ pub struct RunRecord<'a> {
     pub error: Option<String>,
     /// What was found.
     pub found: Found,
+    /// How the background moved.
+    pub background: &'a Background,
     /// Time spent.
     pub seconds_per_frame: Timing,
     /// Wall time from the first picture to the last.
@@ -164,6 +167,39 @@ pub struct Skipped {
     pub name: String,
     /// Why.
     pub reason: String,
+}
+
+/// How the background moved from frame to frame, with the rejection `motion`.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Background {
+    /// Frames before which the scene is cut.
+    pub cuts: Vec<usize>,
+    /// Frames of which the picture does not tell how the camera moved: it is taken to stand still.
+    pub unexplained: usize,
+    /// Largest shift in the middle of the picture, px a frame.
+    pub largest_shift: f32,
+    /// Largest rotation either way, radians a frame.
+    pub largest_rotation: f32,
+    /// Largest zoom in or out, as a factor above 1 a frame less 1.
+    pub largest_zoom: f32,
+    /// Largest residual: 1.5 times the median absolute change that the motion leaves, luminance.
+    pub largest_residual: f32,
+}
+
+impl Background {
+    /// Takes note of a frame.
+    pub fn add(&mut self, seen: &Seen) {
+        let EgoMotion { rotation, zoom, residual, unexplained } = seen.ego_motion;
+        let (x, y) = seen.background_shift;
+        if seen.cut {
+            self.cuts.push(seen.frame);
+        }
+        self.unexplained += usize::from(unexplained);
+        self.largest_shift = self.largest_shift.max(x.hypot(y));
+        self.largest_rotation = self.largest_rotation.max(rotation.abs());
+        self.largest_zoom = self.largest_zoom.max(zoom.max(1.0 / zoom) - 1.0);
+        self.largest_residual = self.largest_residual.max(residual);
+    }
 }
 
 /// What was found.

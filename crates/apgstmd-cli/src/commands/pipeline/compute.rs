@@ -246,7 +246,10 @@ impl<'a> Compute<'a> {
         let copied = copied.map(|(&stage, probe)| Ok((stage, probe.stage(stage).map_err(Failure::failed)?)));
         let maps = copied.collect::<Outcome<Vec<_>>>()?;
         let copy = begin.elapsed();
-        let seen = Seen { frame, name, time, picture, detections: responses[index].detections.clone(), tracks, maps };
+        let Response { detections, background_shift, ego_motion, cut, .. } = &responses[index];
+        let detections = detections.clone();
+        let (background_shift, ego_motion, cut) = (*background_shift, *ego_motion, *cut);
+        let seen = Seen { frame, name, time, picture, detections, tracks, background_shift, ego_motion, cut, maps };
         self.bar.inc(1);
         let computed = Computed { seen, size: detector.size(), decode, compute, copy, came };
         Ok(self.results.send(computed).map_err(|_| Gone)?)

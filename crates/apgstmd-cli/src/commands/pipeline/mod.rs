@@ -23,7 +23,7 @@ use crate::args::OnError;
 use crate::failure::{Failure, reason};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
-use crate::sink::run_json::{Busy, Delay, Found, Live, Skipped, Statistic, Timing};
+use crate::sink::run_json::{Background, Busy, Delay, Found, Live, Skipped, Statistic, Timing};
 use crate::source::{FrameSource, Span};
 
 /// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
@@ -54,6 +54,7 @@ pub(super) struct Report {
     pub frames: usize,
     pub skipped: Vec<Skipped>,
     pub found: Found,
+    pub background: Background,
     pub interrupted: bool,
     pub failure: Option<Failure>,
     pub wall: Duration,
@@ -181,6 +182,7 @@ fn write<'s>(
         report.write.push((copy + begin.elapsed()).as_secs_f64());
 
         report.frames += 1;
+        report.background.add(&seen);
         report.found.detections += seen.detections.len();
         report.found.frames_with_detections += usize::from(!seen.detections.is_empty());
         traces.extend(seen.detections.iter().map(|detection| detection.trace));
