@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 
+use super::camera::Pose;
 use super::draw::Window;
 use super::fourier::{Complex, Sign, transform_2d};
 use super::random::Random;
@@ -24,6 +25,31 @@ impl Ground {
         match self {
             Self::Uniform(luminance) => into.fill(*luminance),
             Self::Moving(texture, [right, down]) => texture.paint(window, (right * seconds, down * seconds), into),
+        }
+    }
+
+    /// (right, down), px a second.
+    pub fn velocity(&self) -> [f64; 2] {
+        match self {
+            Self::Uniform(_) => [0.0; 2],
+            Self::Moving(_, velocity) => *velocity,
+        }
+    }
+
+    /// The same, turned and enlarged about the middle of the picture, then shifted.
+    pub fn paint_posed(&self, window: Window, seconds: f64, middle: (f64, f64), pose: Pose, into: &mut Array2<f32>) {
+        match self {
+            Self::Uniform(luminance) => into.fill(*luminance),
+            Self::Moving(texture, [right, down]) => {
+                let pose = Pose { shift: (pose.shift.0 + right * seconds, pose.shift.1 + down * seconds), ..pose };
+                for (y, mut row) in into.rows_mut().into_iter().enumerate() {
+                    for (x, value) in row.iter_mut().enumerate() {
+                        let place = ((window.left + x as i64) as f64, (window.top + y as i64) as f64);
+                        let (u, v) = pose.undo((place.0 - middle.0, place.1 - middle.1));
+                        *value = texture.at(middle.0 + u, middle.1 + v);
+                    }
+                }
+            }
         }
     }
 }

@@ -20,6 +20,7 @@
 //! ```
 
 mod background;
+mod camera;
 mod draw;
 mod error;
 mod fourier;
@@ -32,6 +33,7 @@ mod texture;
 mod truth;
 mod validate;
 
+pub use camera::Camera;
 pub use error::SceneError;
 pub use path::Path;
 pub use renderer::Renderer;

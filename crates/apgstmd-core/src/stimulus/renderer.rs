@@ -140,6 +140,26 @@ impl Renderer {
         rows
     }
 
+    /// Where the piece of background that is at a place (x, y) in frame `from` is in frame `to`.
+    pub fn background_moves(&self, from: usize, to: usize, place: (f64, f64)) -> (f64, f64) {
+        let Scene { camera, seed, .. } = &self.scene;
+        let middle = self.middle();
+        let pose = |t: usize| {
+            let seconds = self.scene.seconds(t, 0);
+            let mut pose = camera.pose(*seed, t, seconds);
+            let [right, down] = self.ground.velocity();
+            pose.shift = (pose.shift.0 + right * seconds, pose.shift.1 + down * seconds);
+            pose
+        };
+        let (u, v) = pose(from).undo((place.0 - middle.0, place.1 - middle.1));
+        let (u, v) = pose(to).apply((u, v));
+        (middle.0 + u, middle.1 + v)
+    }
+
+    fn middle(&self) -> (f64, f64) {
+        ((self.scene.width as f64 - 1.0) / 2.0, (self.scene.height as f64 - 1.0) / 2.0)
+    }
+
     fn window(&self) -> Window {
         Window { top: 0, left: 0, height: self.scene.height, width: self.scene.width }
     }
@@ -150,7 +170,13 @@ impl Renderer {
     }
 
     fn paint_behind(&self, t: usize, window: Window, into: &mut Array2<f32>) {
-        self.ground.paint(window, self.scene.seconds(t, 0), into);
+        let Scene { camera, seed, .. } = &self.scene;
+        let seconds = self.scene.seconds(t, 0);
+        if camera.is_still() {
+            self.ground.paint(window, seconds, into);
+        } else {
+            self.ground.paint_posed(window, seconds, self.middle(), camera.pose(*seed, t, seconds), into);
+        }
         for (object, place) in self.present(&self.scene.objects, t) {
             draw(into, window, place, object.luminance);
         }

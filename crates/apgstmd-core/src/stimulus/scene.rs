@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::camera::Camera;
 use super::error::SceneError;
 use super::path::Path;
 
@@ -23,6 +24,9 @@ pub struct Scene {
     pub noise: f64,
     /// What lies behind everything.
     pub background: Background,
+    /// How the camera moves before the background.
+    #[serde(skip_serializing_if = "Camera::is_still")]
+    pub camera: Camera,
     /// Large moving rectangles, drawn behind the targets.
     #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<Object>,
@@ -44,6 +48,7 @@ impl Default for Scene {
             seed: 1,
             noise: 0.0,
             background: Background::Uniform { luminance: 1.0 },
+            camera: Camera::default(),
             objects: Vec::new(),
             targets: Vec::new(),
             occluders: Vec::new(),

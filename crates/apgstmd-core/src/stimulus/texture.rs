@@ -58,6 +58,19 @@ impl Texture {
             }
         }
     }
+
+    /// The picture at a place, px.
+    pub fn at(&self, x: f64, y: f64) -> f32 {
+        let (height, width) = self.coefficients.dim();
+        let ((x0, across), (y0, down)) = (phase(x, self.density), phase(y, self.density));
+        let columns: [usize; 4] = std::array::from_fn(|k| wrap(x0 + k as i64 - 1, width));
+        let mut value = 0.0;
+        for (k, down) in down.iter().enumerate() {
+            let line = self.coefficients.row(beyond(y0 + k as i64 - 1, height, self.vertical));
+            value += down * columns.iter().zip(across).map(|(x, across)| across * line[*x]).sum::<f32>();
+        }
+        value.clamp(0.0, 1.0)
+    }
 }
 
 /// The filter that undoes B-spline weighting, from its middle tap outward.

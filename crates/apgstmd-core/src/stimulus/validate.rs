@@ -80,6 +80,11 @@ impl Scene {
         scene.check("seed", self.seed, self.seed <= i64::MAX as u64, "must be below 2^63")?;
         scene.between("noise", self.noise, 0.0, 1.0)?;
         background(&self.background)?;
+        let camera = Table("camera");
+        camera.between("roll", self.camera.roll, -FAR, FAR)?;
+        camera.between("zoom", self.camera.zoom, -FAR, FAR)?;
+        camera.between("period", self.camera.period, 0.0, FAR)?;
+        camera.between("shake", self.camera.shake, 0.0, FAR)?;
         for (i, object) in self.objects.iter().enumerate() {
             rectangle(object, &Table(&format!("object[{i}]")))?;
         }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::stimulus::Path;
+use crate::stimulus::{Camera, Path};
 
 fn natural_scene(velocity: [f64; 2]) -> Scene {
     let background = Background::Natural { mean: 0.5, contrast: 0.15, velocity };
@@ -194,4 +194,26 @@ fn demo_targets_stay_inside_and_apart() {
             assert!(rows[..i].iter().all(|other| gap(other) > 15.0), "{t}");
         }
     }
+}
+
+#[test]
+fn the_camera_turns_and_enlarges_about_the_middle() {
+    let plain = Renderer::new(&natural_scene([0.0; 2])).unwrap();
+    let at_rest = plain.frame(0);
+    let posed =
+        |camera: Camera, t: usize| Renderer::new(&Scene { camera, ..natural_scene([0.0; 2]) }).unwrap().frame(t);
+    // A quarter turn counter-clockwise: what was right of the middle is above it. 60 frames a second.
+    let quarter = posed(Camera { roll: std::f64::consts::FRAC_PI_2 * 60.0, ..Camera::default() }, 1);
+    for d in 1..30 {
+        // The middle lies between pixels: (47.5, 31.5).
+        assert!((quarter[[31 - d, 48]] - at_rest[[32, 48 + d]]).abs() < 1e-4, "{d}");
+    }
+    let twice = posed(Camera { zoom: 2f64.ln() * 60.0, ..Camera::default() }, 1);
+    for d in 0..15 {
+        let between = 0.5 * (at_rest[[31, 48 + d]] + at_rest[[32, 48 + d]]);
+        assert!((0.5 * (twice[[31, 48 + 2 * d]] + twice[[32, 48 + 2 * d]]) - between).abs() < 0.1, "{d}");
+    }
+    // As a velocity does it.
+    let shaken = posed(Camera { shake: 1.0, ..Camera::default() }, 3);
+    assert!(shaken != at_rest && (shaken.mean().unwrap() - at_rest.mean().unwrap()).abs() < 0.02);
 }
