@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import _core
 from .detector import _check_size
 from .options import Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import BankDetections, Output
+from .results import BankDetections, EgoMotion, Output
 
 
 class Bank:
@@ -78,12 +78,12 @@ class Bank:
 
     def process(self, frame: NDArray[Any]) -> Output:
         """Takes the next frame, as `Detector.process` does, and returns what it shows; nothing is delayed."""
-        response, direction, (columns, trace), shift = self._core.process(frame)
+        response, direction, (columns, trace), shift, ego, cut = self._core.process(frame)
         x, y, score, angle, speed, size, contrast = columns
         found = BankDetections(
             x=x, y=y, score=score, direction=angle, trace=trace, speed=speed, size=size, contrast=contrast
         )
-        return Output(found, response, direction, shift)
+        return Output(found, response, direction, shift, EgoMotion(*ego), cut)
 
     def reset(self) -> None:
         """Forgets everything seen: the next frame is a first frame."""

@@ -41,6 +41,7 @@ fn taken(size: Size, seed: u64, t: usize, shift: (f64, f64), angle: f64, zoom: f
 fn params(model: Model) -> Params {
     let mut params = Params::for_model(model).with_preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
     params.rejection.mode = RejectionMode::Motion;
+    params.rejection.background = BackgroundMotion::Similarity;
     params
 }
 

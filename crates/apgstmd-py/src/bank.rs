@@ -8,12 +8,15 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use crate::arrays::Borrowed;
+use crate::detector::{Ego, ego};
 use crate::errors::Error;
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Map<'py> = Bound<'py, PyArray2<f32>>;
 /// x, y, score, direction, speed, size, contrast; then trace.
 type Columns<'py> = (Vec<Column<'py, f32>>, Column<'py, i64>);
+/// Response, direction, detections, background shift, its rotation and zoom, whether the scene was cut.
+type Output<'py> = (Map<'py>, Map<'py>, Columns<'py>, (f32, f32), Ego, bool);
 
 #[pyclass(module = "apgstmd._core", frozen)]
 pub struct Bank {
@@ -68,16 +71,13 @@ impl Bank {
         })
     }
 
-    fn process<'py>(
-        &self,
-        py: Python<'py>,
-        frame: &Bound<'py, PyAny>,
-    ) -> PyResult<(Map<'py>, Map<'py>, Columns<'py>, (f32, f32))> {
+    fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
         let borrowed = Borrowed::new(frame, self.bits)?;
         let frame = borrowed.frame();
-        let Response { map, direction, detections, background_shift } =
+        let Response { map, direction, detections, background_shift, ego_motion, cut } =
             self.run(py, |bank| bank.process(frame))?.map_err(Error::from)?;
-        Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift))
+        let (map, direction) = (map.into_pyarray(py), direction.into_pyarray(py));
+        Ok((map, direction, columns(py, &detections), background_shift, ego(ego_motion), cut))
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {

@@ -15,7 +15,7 @@ use crate::errors::Error;
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Map<'py> = Bound<'py, PyArray2<f32>>;
 /// rotation, zoom, residual, unexplained.
-type Ego = (f32, f32, f32, bool);
+pub(crate) type Ego = (f32, f32, f32, bool);
 /// Response, direction, detections, background shift, its rotation and zoom, whether the scene was cut.
 type Output<'py> = (Map<'py>, Map<'py>, Columns<'py>, (f32, f32), Ego, bool);
 /// x, y, score, direction, trace.
@@ -75,9 +75,8 @@ impl Detector {
         let frame = borrowed.frame();
         let Response { map, direction, detections, background_shift, ego_motion, cut } =
             self.run(py, |detector| detector.process(frame))?.map_err(Error::from)?;
-        let EgoMotion { rotation, zoom, residual, unexplained } = ego_motion;
-        let ego = (rotation, zoom, residual, unexplained);
-        Ok((map.into_pyarray(py), direction.into_pyarray(py), columns(py, &detections), background_shift, ego, cut))
+        let (map, direction) = (map.into_pyarray(py), direction.into_pyarray(py));
+        Ok((map, direction, columns(py, &detections), background_shift, ego(ego_motion), cut))
     }
 
     #[getter]
@@ -142,4 +141,8 @@ fn columns<'py>(py: Python<'py>, detections: &[Detection]) -> Columns<'py> {
         column(|found| found.direction),
         PyArray1::from_iter(py, detections.iter().map(|found| found.trace as i64)),
     )
+}
+
+pub(crate) fn ego(EgoMotion { rotation, zoom, residual, unexplained }: EgoMotion) -> Ego {
+    (rotation, zoom, residual, unexplained)
 }

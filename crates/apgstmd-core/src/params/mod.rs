@@ -20,7 +20,7 @@ use crate::error::ParamError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// For real footage: rejection `motion` before a background that may turn and zoom, with more peaks and a narrower gate; attention to everything that is predicted, of one scale,
+    /// For real footage: rejection `motion` with more peaks and a narrower gate; attention to everything that is predicted, of one scale,
     /// to speckles of either sign, gating change; ten times the weight of predictions; positions moved onto the target.
     /// Chosen by measurement, see `docs/attention.md`.
     Practical,
@@ -413,7 +413,6 @@ impl Params {
     pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
             self.rejection.mode = RejectionMode::Motion;
-            self.rejection.background = BackgroundMotion::Similarity;
             self.rejection.gate = 2.0;
             self.rejection.gate_frames = 1.5;
             self.rejection.motion_min_points = 3;
