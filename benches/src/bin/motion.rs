@@ -46,7 +46,9 @@ fn clip(file: &str, size: &str) {
     let (width, height) = size.split_once('x').expect("WIDTHxHEIGHT");
     let size = Size::new(height.parse().expect("rows"), width.parse().expect("columns"));
     let frames = std::fs::read(file).expect("a file of raw frames");
-    let mut detector = Detector::with_threads(size, &practical(), 1).expect("parameters");
+    let mut params = practical();
+    params.rejection.background = BackgroundMotion::Similarity;
+    let mut detector = Detector::with_threads(size, &params, 1).expect("parameters");
     let mut response = detector.make_response();
     println!("frame,shift_x,shift_y,rotation,zoom,residual,unexplained,cut");
     for (t, frame) in frames.chunks_exact(size.area()).enumerate() {
