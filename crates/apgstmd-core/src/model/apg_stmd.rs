@@ -74,17 +74,21 @@ impl ApgStmd {
         // The memorizer still stands at the frame before these.
         let predicted =
             |frame: usize| (*frames + frame as u64 >= horizon as u64).then(|| memorizer.ago(horizon - 1 - frame));
-        attention.process(bands, p, predicted);
-        clock.lap_tiles(Part::Attention, attention.tiles());
-        lamina.process(bands, attention.output(p), l);
-        clock.lap(Part::Lamina);
-        medulla.process(bands, l);
-        clock.lap(Part::Medulla);
+        let follow = || p.maps()[..count].iter().enumerate().for_each(|(frame, p)| rejection.follow(bands, p, frame));
+        let sense = || {
+            attention.process(bands, p, predicted);
+            clock.lap_tiles(Part::Attention, attention.tiles());
+            lamina.process(bands, attention.output(p), l);
+            clock.lap(Part::Lamina);
+            medulla.process(bands, l);
+            clock.lap(Part::Medulla);
+        };
+        bands.both(sense, follow);
         for (frame, response) in responses.iter_mut().enumerate() {
             let (p, l, medulla) = (&p.maps()[frame], &l[frame], medulla.frame(frame));
-            bands.both(|| lobula.process(bands, l, medulla), || rejection.follow(bands, p, frame));
+            lobula.process(bands, l, medulla);
             clock.lap_tiles(Part::Lobula, lobula.tiles());
-            rejection.process(bands, p, &lobula.responses(l, medulla));
+            rejection.process(bands, p, frame, &lobula.responses(l, medulla));
             let kept = rejection.kept(&lobula.e);
             clock.lap(Part::Rejection);
             memorizer.advance();

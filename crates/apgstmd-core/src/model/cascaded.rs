@@ -79,7 +79,7 @@ impl Wiring for Cascaded {
         emd.process(bands, &estmd.y);
         clock.lap(Part::Lobula);
         rejection.follow(bands, p.last(), 0);
-        rejection.process(bands, p.last(), &(&emd.e, &emd.strongest));
+        rejection.process(bands, p.last(), 0, &(&emd.e, &emd.strongest));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
         clock.lap(Part::Facilitation);

@@ -74,7 +74,7 @@ impl Wiring for Estmd {
         estmd.process(bands, &lamina_inhibition.l1);
         clock.lap(Part::Lobula);
         rejection.follow(bands, p.last(), 0);
-        rejection.process(bands, p.last(), &(array::from_ref(&estmd.y), &estmd.y));
+        rejection.process(bands, p.last(), 0, &(array::from_ref(&estmd.y), &estmd.y));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, array::from_ref(&estmd.y), response);
         clock.lap(Part::Facilitation);

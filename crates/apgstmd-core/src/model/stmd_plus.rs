@@ -78,7 +78,7 @@ impl Wiring for StmdPlus {
         clock.lap_tiles(Part::Lobula, lobula.tiles());
         clock.count_tiles(Grid::new(p.last().size()).count());
         rejection.follow(bands, p.last(), 0);
-        rejection.process(bands, p.last(), &lobula.responses(l, medulla.frame(0)));
+        rejection.process(bands, p.last(), 0, &lobula.responses(l, medulla.frame(0)));
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);

@@ -92,11 +92,13 @@ impl Heap for Estimator {
 
 pub(crate) struct Background {
     estimator: Estimator,
-    found: Finding,
+    /// Of each frame that is computed together.
+    found: Vec<Finding>,
     none: Finding,
 }
 
-heap!(Background { estimator });
+heap!(Finding);
+heap!(Background { estimator, found });
 
 impl Background {
     /// For `together` frames at once.
@@ -111,7 +113,7 @@ impl Background {
             }
             _ => Estimator::Off,
         };
-        Self { estimator, found: none, none }
+        Self { estimator, found: vec![none; together], none }
     }
 
     /// Whether the scene was cut before this frame of those that are computed together.
@@ -131,7 +133,7 @@ impl Background {
 
     /// Finds the motion since the last frame. `look` has seen this one.
     pub fn follow(&mut self, level: Level, p: &Plane, frame: usize) {
-        self.found = match &mut self.estimator {
+        self.found[frame] = match &mut self.estimator {
             Estimator::Off => self.none,
             Estimator::Translation(translation) => {
                 let (shift, residual) = translation.process(p);
@@ -142,12 +144,13 @@ impl Background {
         };
     }
 
-    pub fn found(&self) -> &Finding {
-        &self.found
+    /// What `follow` found about a frame of those that are computed together.
+    pub fn found(&self, frame: usize) -> &Finding {
+        &self.found[frame]
     }
 
     pub fn reset(&mut self) {
-        self.found = self.none;
+        self.found.fill(self.none);
         match &mut self.estimator {
             Estimator::Off => {}
             Estimator::Translation(translation) => translation.reset(),

@@ -25,6 +25,8 @@ pub(crate) struct Rejection<const N: usize> {
     window: usize,
     least: Least,
     background: Background,
+    /// The last of the frames that are computed together.
+    frame: usize,
     pub contrast: Contrast,
     traces: Traces,
     /// Confirmed peaks of this frame, with their traces.
@@ -114,6 +116,7 @@ impl<const N: usize> Rejection<N> {
                 straightness: rejection.motion_straightness,
             },
             background: Background::new(size, params, together),
+            frame: 0,
             contrast: Contrast::new(rejection),
             traces: Traces::new(
                 params.gate(),
@@ -146,13 +149,15 @@ impl<const N: usize> Rejection<N> {
     }
 
     /// Confirms peaks and makes E' of this frame.
-    pub fn process(&mut self, bands: &Bands, p: &Plane, e: &impl Responses<N>) {
-        if self.background.found().cut {
+    pub fn process(&mut self, bands: &Bands, p: &Plane, frame: usize, e: &impl Responses<N>) {
+        self.frame = frame;
+        let Finding { motion, cut, .. } = *self.background.found(frame);
+        if cut {
             self.traces.end();
         }
         self.finder.find(bands, e.strongest());
         let (mode, contrast) = (self.mode, &self.contrast);
-        self.traces.link(&self.finder.peaks, &self.background.found().motion, |peak| Point {
+        self.traces.link(&self.finder.peaks, &motion, |peak| Point {
             place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
             step: 0.0,
             contrast: if mode == RejectionMode::Contrast {
@@ -217,7 +222,7 @@ impl<const N: usize> Rejection<N> {
 
     /// The background's motion since the last frame.
     pub fn background(&self) -> &Finding {
-        self.background.found()
+        self.background.found(self.frame)
     }
 
     fn clear_kept(&mut self) {
