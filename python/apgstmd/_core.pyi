@@ -54,9 +54,16 @@ class Bank:
 
     def process(
         self, frame: NDArray[Any]
-    ) -> tuple[_Map, _Map, tuple[list[NDArray[np.float32]], NDArray[np.int64]], tuple[float, float]]:
-        """(H, W) contrast, (H, W) direction, columns x, y, score, direction, speed, size, contrast and trace, background
-        shift (x, y) in px.
+    ) -> tuple[
+        _Map,
+        _Map,
+        tuple[list[NDArray[np.float32]], NDArray[np.int64]],
+        tuple[float, float],
+        tuple[float, float, float, bool],
+        bool,
+    ]:
+        """(H, W) contrast, (H, W) direction, columns x, y, score, direction, speed, size, contrast and trace, then as
+        `Detector.process`.
         """
 
     def reset(self) -> None: ...
