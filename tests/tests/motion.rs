@@ -2,7 +2,7 @@
 //! fast core, and what a cut does to everything that remembers.
 
 use apgstmd_core::params::{BackgroundMotion, RejectionMode};
-use apgstmd_core::{Detector, Frame, Machine, Model, Params, Preset, Response, Size, Stage};
+use apgstmd_core::{Bank, BankParams, Detector, Frame, Machine, Model, Params, Preset, Response, Size, Stage};
 use apgstmd_tests::compare::maps;
 use apgstmd_tests::naive::motion::{Background, Motion, middle};
 use ndarray::Array2;
@@ -138,6 +138,28 @@ fn blocks_are_cut_where_the_scene_is() {
             same(response, &alone.process(*view).expect("a frame"), &format!("cut at {first}, frame {t}"));
         }
     }
+}
+
+#[test]
+fn a_bank_tells_what_its_finest_members_find() {
+    let size = Size::new(100, 130);
+    let base = params(Model::ApgStmd);
+    let params = BankParams::with_members(base.clone(), &[1.0, 2.0], &[5.0, 10.0]);
+    let mut bank = Bank::new(size, &params).expect("valid parameters");
+    let mut alone = Detector::with_threads(size, &base, 1).expect("valid parameters");
+    let (mut turned, mut cuts) = (0, 0);
+    for t in 0..16 {
+        let frame = frame(size, u64::from(t >= 8), t % 8);
+        let [seen, expected] = [bank.process(frame.view()), alone.process(frame.view())].map(|seen| seen.expect("a frame"));
+        assert_eq!(
+            (seen.background_shift, seen.ego_motion, seen.cut),
+            (expected.background_shift, expected.ego_motion, expected.cut),
+            "frame {t}"
+        );
+        turned += usize::from(seen.ego_motion.rotation != 0.0);
+        cuts += usize::from(seen.cut);
+    }
+    assert!(turned > 8 && cuts == 1, "{turned} frames turned, {cuts} cuts");
 }
 
 #[test]

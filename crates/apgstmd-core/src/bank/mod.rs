@@ -195,10 +195,11 @@ impl Bank {
         merge.process(members, self.params.contrast, &mut response.detections);
         // All members of a scale find the same; the finest is the most exact.
         let finest = members.iter().zip(&*seen).min_by_key(|(running, _)| running.member.scale);
-        response.background_shift = finest.map_or((0.0, 0.0), |(running, seen)| {
+        if let Some((running, seen)) = finest {
             let scale = running.member.scale as f32;
-            (scale * seen.background_shift.0, scale * seen.background_shift.1)
-        });
+            response.background_shift = (scale * seen.background_shift.0, scale * seen.background_shift.1);
+            (response.ego_motion, response.cut) = (seen.ego_motion, seen.cut);
+        }
         self.frames += 1;
         Ok(())
     }
