@@ -8,10 +8,16 @@
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
     apgstmd.reproduce(quick=True)                             # the paper's experiments, computed and judged
+    apgstmd.plot.overlay(frame, out.detections)               # pictures, with matplotlib (the extra `plot`)
+    apgstmd.rerun.log(0, frame, out)                          # the timeline of the Rerun viewer (the extra `rerun`)
 
 Positions are in pixels (x = column, y = row downward), times in frames, directions in radians counter-clockwise on the
 screen (0 = right, pi/2 = up), luminance in [0, 1].
 """
+
+import importlib as _importlib
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from ._core import MODELS, STAGES, __version__
 from .bank import Bank
@@ -33,6 +39,9 @@ from .results import (
     Tracks,
 )
 from .scene import Scene, Truth, TruthRow, synth
+
+if _TYPE_CHECKING:
+    from . import plot, rerun
 
 __all__ = [
     "MODELS",
@@ -65,7 +74,16 @@ __all__ = [
     "evaluate",
     "parameters",
     "params",
+    "plot",
     "reproduce",
+    "rerun",
     "run",
     "synth",
 ]
+
+
+def __getattr__(name: str) -> _Any:
+    # These import packages that not everybody has, and take their time.
+    if name in ("plot", "rerun"):
+        return _importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

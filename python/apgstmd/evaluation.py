@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .folder import Run
 from .options import whole
-from .results import RunDetections, Table, Tracks
+from .results import RunDetections, Tracks
 from .scene import Scene, Truth
+from .table import Table
 
 
 class _Columns(Protocol):

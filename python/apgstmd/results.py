@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ._optional import need
+from .table import Table
+
+if TYPE_CHECKING:
+    import supervision
 
 
 class Detection(NamedTuple):
@@ -23,57 +29,6 @@ class Detection(NamedTuple):
     score: float
     direction: float
     trace: int
-
-
-class Table:
-    """Named NumPy columns of one length.
-
-    `len(t)`, iteration and `t[i]` give rows; `t[slice]`, `t[mask]` and `t[indices]` give a table of the same kind.
-    """
-
-    __slots__ = ()
-    names: ClassVar[tuple[str, ...]] = ()
-    row: ClassVar[Any] = tuple
-
-    def __init__(self, **columns: NDArray[Any]) -> None:
-        if set(columns) != set(self.names):
-            raise TypeError(f"{type(self).__name__}() takes the columns {', '.join(self.names)}")
-        if len({column.shape for column in columns.values()}) != 1 or columns[self.names[0]].ndim != 1:
-            raise ValueError("the columns must be one-dimensional and of one length")
-        for name, column in columns.items():
-            setattr(self, name, column)
-
-    @property
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, ready for a data frame or `numpy.savez`."""
-        return {name: getattr(self, name) for name in self.names}
-
-    def __len__(self) -> int:
-        return len(getattr(self, self.names[0]))
-
-    def __iter__(self) -> Iterator[Any]:
-        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
-        return map(self.row._make, rows)
-
-    @overload
-    def __getitem__(self, index: int | np.integer[Any]) -> Any: ...
-    @overload
-    def __getitem__(self, index: slice | NDArray[Any] | list[int] | list[bool]) -> Self: ...
-    def __getitem__(self, index: Any) -> Any:
-        picked = {name: column[index] for name, column in self.columns.items()}
-        if picked[self.names[0]].ndim == 0:
-            return self.row(*(value.item() for value in picked.values()))
-        return type(self)(**picked)
-
-    def __repr__(self) -> str:
-        lines = [f"{type(self).__name__}: {len(self)}"]
-        if len(self):
-            lines.append(" ".join(f"{name:>10}" for name in self.names))
-        for row in self[:10]:
-            lines.append(" ".join(f"{value:>10.4g}" if type(value) is float else f"{value!s:>10}" for value in row))
-        if len(self) > 10:
-            lines.append(f"... {len(self) - 10} more")
-        return "\n".join(lines)
 
 
 class Detections(Table):
@@ -99,6 +54,30 @@ class Detections(Table):
     score: NDArray[np.float32]
     direction: NDArray[np.float32]
     trace: NDArray[np.int64]
+
+    _path: ClassVar[tuple[str, str, str | None] | None] = ("x", "y", None)
+
+    def to_supervision(self, box_size: float | None = None) -> supervision.Detections:
+        """As `supervision.Detections`: boxes around the positions, confidence = score, tracker_id = trace, direction and
+        what else there is as data. Needs the extra `supervision`.
+
+        box_size : side of the boxes, px; by default 5, or the size of the best member where the detections are a bank's.
+
+        There a box ends at the lower right edge, and pixel i lies between i and i + 1.
+        """
+        boxes = need("supervision", "supervision", "to_supervision()").Detections
+        sizes = self.columns.get("size")
+        half = (np.full(len(self), 5.0, np.float32) if sizes is None else sizes) / 2 if box_size is None else box_size / 2
+        x, y = self.x + np.float32(0.5), self.y + np.float32(0.5)
+        data = {name: column for name, column in self.columns.items() if name not in ("x", "y", "score", "trace")}
+        found: supervision.Detections = boxes(
+            xyxy=np.stack([x - half, y - half, x + half, y + half], axis=1).astype(np.float32),
+            confidence=self.score,
+            tracker_id=self.trace,
+            class_id=np.zeros(len(self), np.int64),
+            data=data,
+        )
+        return found
 
 
 class BankDetection(NamedTuple):
@@ -161,6 +140,12 @@ class RunDetections(BankDetections):
     name: NDArray[np.str_]
     time: NDArray[np.float64]
 
+    _path = ("x", "y", "trace")
+
+    def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
+        """As MOTChallenge detections, id -1; see `Tracks.to_mot`."""
+        return _mot(self.frame, np.full(len(self), -1), self.x, self.y, self.score, box_size, path)
+
 
 class TrackPoint(NamedTuple):
     """One track in one frame.
@@ -210,6 +195,44 @@ class Tracks(Table):
     score: NDArray[np.float32]
     state: NDArray[np.str_]
     age: NDArray[np.int64]
+
+    _path = ("x", "y", "track")
+
+    def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
+        """As MOTChallenge text, `frame,id,left,top,width,height,conf,-1,-1,-1` a line; frames, ids and pixels count from 1.
+
+        path : a file to write it to as well.
+        box_size : side of the box that stands for a point, px.
+
+        >>> import apgstmd
+        >>> tracks = apgstmd.run(apgstmd.synth("demo"), speed=1.0, stop=40).tracks
+        >>> tracks[:1].to_mot().split(",")[7:]
+        ['-1', '-1', '-1\\n']
+        """
+        return _mot(self.frame, self.track + 1, self.x, self.y, self.score, box_size, path)
+
+
+def _mot(
+    frame: NDArray[np.int64],
+    identity: NDArray[np.int64],
+    x: NDArray[np.floating[Any]],
+    y: NDArray[np.floating[Any]],
+    score: NDArray[np.float32],
+    side: float,
+    path: str | os.PathLike[str] | None,
+) -> str:
+    if not side > 0:
+        raise ValueError(f"box_size is {side}, but it must be more than 0 px")
+    # Pixel i lies between edge i and edge i + 1; the first pixel is pixel 1.
+    rows = zip(frame + 1, identity, x + 1.5 - side / 2, y + 1.5 - side / 2, score, strict=True)
+    text = "".join(
+        f"{frame},{identity},{left:.3f},{top:.3f},{side:g},{side:g},{np.format_float_positional(conf, trim='-')},-1,-1,-1\n"
+        for frame, identity, left, top, conf in rows
+    )
+    if path is not None:
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+    return text
 
 
 class EgoMotion(NamedTuple):

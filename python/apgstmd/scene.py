@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import whole
-from .results import Table
+from .table import Table
 
 
 class TruthRow(NamedTuple):
