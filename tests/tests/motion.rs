@@ -150,7 +150,8 @@ fn a_bank_tells_what_its_finest_members_find() {
     let (mut turned, mut cuts) = (0, 0);
     for t in 0..16 {
         let frame = frame(size, u64::from(t >= 8), t % 8);
-        let [seen, expected] = [bank.process(frame.view()), alone.process(frame.view())].map(|seen| seen.expect("a frame"));
+        let [seen, expected] =
+            [bank.process(frame.view()), alone.process(frame.view())].map(|seen| seen.expect("a frame"));
         assert_eq!(
             (seen.background_shift, seen.ego_motion, seen.cut),
             (expected.background_shift, expected.ego_motion, expected.cut),
