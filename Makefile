@@ -11,10 +11,10 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel venv ffmpeg bench instructions compare scaling docs clean
+.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg bench instructions compare scaling docs clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
 
 demo: ## build the program and let it find targets in a scene it makes itself; results in demo-out/
 	@$(CARGO) build --release --package apgstmd-cli
@@ -47,6 +47,13 @@ wheel: venv ## build the Python wheel into target/wheels and install it into .ve
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
 	@ls $(WHEELS)/*.whl
 
+dist: ## wheel for any Linux since 2018 and source archive, checked, in dist/
+	@tools/venv.sh .venv-dist tools/requirements-dist.txt
+	@tools/dist.sh
+
+wheel-test: dist ## dist, installed where there is neither this folder nor Rust, and tried
+	@tools/wheel-test.sh
+
 venv:
 	@tools/venv.sh
 
@@ -77,4 +84,4 @@ docs: ## API documentation of the Rust crates in target/doc
 
 clean: ## remove everything that was built
 	@$(CARGO) clean
-	@rm -rf .venv .venv-compare demo-out reproduce-out .mypy_cache .pytest_cache
+	@rm -rf .venv .venv-compare .venv-dist dist demo-out reproduce-out .mypy_cache .pytest_cache
