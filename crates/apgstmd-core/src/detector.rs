@@ -215,6 +215,31 @@ impl Detector {
     /// # Panics
     /// When there are not as many responses as frames.
     pub fn process_block(&mut self, frames: &[Frame<'_>], responses: &mut [Response]) -> Result<(), FrameError> {
+        self.advance_block(frames, responses, None)
+    }
+
+    /// As [`Detector::process_block`], adding up the time that each stage takes.
+    ///
+    /// # Errors
+    /// As `process_block`.
+    ///
+    /// # Panics
+    /// As `process_block`.
+    pub fn process_block_timed(
+        &mut self,
+        frames: &[Frame<'_>],
+        responses: &mut [Response],
+        timing: &mut Timing,
+    ) -> Result<(), FrameError> {
+        self.advance_block(frames, responses, Some(timing))
+    }
+
+    fn advance_block(
+        &mut self,
+        frames: &[Frame<'_>],
+        responses: &mut [Response],
+        mut timing: Option<&mut Timing>,
+    ) -> Result<(), FrameError> {
         assert_eq!(frames.len(), responses.len(), "one response a frame");
         let together = self.block_len();
         for (frames, responses) in frames.chunks(together).zip(responses.chunks_mut(together)) {
@@ -224,7 +249,7 @@ impl Detector {
                 .find_map(|(index, taken)| taken.err().map(|error| (index, error)));
             let good = refused.as_ref().map_or(frames.len(), |(index, _)| *index);
             if good > 0 {
-                self.compute(&mut responses[..good], None);
+                self.compute(&mut responses[..good], timing.as_deref_mut());
             }
             if let Some((_, error)) = refused {
                 return Err(error);

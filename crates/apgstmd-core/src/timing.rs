@@ -1,5 +1,6 @@
 //! Where the time of a frame goes, stage by stage.
 
+use std::ops::AddAssign;
 use std::time::{Duration, Instant};
 
 macro_rules! parts {
@@ -25,7 +26,8 @@ parts! {
     Facilitation = "facilitation",
 }
 
-/// Time spent in each part of the model, summed over the frames given to [`crate::Detector::process_timed`].
+/// Time spent in each part of the model, summed over the frames given to [`crate::Detector::process_timed`]; of a
+/// [`crate::Bank`] also over its members, which run side by side.
 #[derive(Clone, Debug, Default)]
 pub struct Timing {
     spent: [Duration; Timing::PARTS.len()],
@@ -67,6 +69,14 @@ impl Timing {
     }
 }
 
+impl AddAssign<&Timing> for Timing {
+    fn add_assign(&mut self, other: &Self) {
+        self.spent.iter_mut().zip(other.spent).for_each(|(sum, spent)| *sum += spent);
+        self.tiles.iter_mut().zip(other.tiles).for_each(|(sum, tiles)| *sum += tiles);
+        self.total_tiles += other.total_tiles;
+    }
+}
+
 /// A stopwatch, or nothing.
 pub(crate) struct Clock<'a>(Option<(&'a mut Timing, Instant)>);
 
@@ -97,5 +107,47 @@ impl<'a> Clock<'a> {
         if let Some((timing, _)) = &mut self.0 {
             timing.total_tiles += tiles as u64;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Bank, BankParams, Detector, Frame, Machine, Params, Size};
+    use ndarray::Array2;
+
+    fn frame(t: usize) -> Array2<u8> {
+        Array2::from_shape_fn((64, 96), |(y, x)| if x.abs_diff(10 + t) < 3 && y.abs_diff(32) < 3 { 0 } else { 255 })
+    }
+
+    #[test]
+    fn a_bank_adds_up_its_members() {
+        let size = Size::new(64, 96);
+        let mut bank = Bank::with_options(size, &BankParams::default(), &Machine::with_threads(2)).unwrap();
+        let mut response = bank.make_response();
+        let mut timing = Timing::default();
+        for t in 0..5 {
+            bank.process_timed(frame(t).view(), &mut response, &mut timing).unwrap();
+        }
+        let tiles = |side: usize| side.div_ceil(16) as u64;
+        let each = |scale: usize| tiles(size.height / scale) * tiles(size.width / scale);
+        let expected: u64 = bank.members().map(|member| 5 * each(member.scale)).sum();
+        assert_eq!(timing.total_tiles(), expected);
+        assert!(timing.parts().all(|(part, spent)| spent > Duration::ZERO || part == "facilitation"), "{timing:?}");
+    }
+
+    #[test]
+    fn blocks_are_timed_and_stay_the_same() {
+        let machine = Machine { together: 4, ..Machine::with_threads(1) };
+        let params = Params::default().for_speed(1.0).unwrap();
+        let mut detectors = [(); 2].map(|()| Detector::with_options(Size::new(64, 96), &params, &machine).unwrap());
+        let pictures: Vec<Array2<u8>> = (0..12).map(frame).collect();
+        let frames: Vec<Frame<'_>> = pictures.iter().map(|picture| picture.view().into()).collect();
+        let mut responses = [(); 2].map(|()| (0..12).map(|_| detectors[0].make_response()).collect::<Vec<_>>());
+        let mut timing = Timing::default();
+        detectors[0].process_block(&frames, &mut responses[0]).unwrap();
+        detectors[1].process_block_timed(&frames, &mut responses[1], &mut timing).unwrap();
+        assert!(responses[0].iter().zip(&responses[1]).all(|(a, b)| a.map == b.map));
+        assert!(timing.of("lobula") > Duration::ZERO && timing.total_tiles() == 12 * 4 * 6, "{timing:?}");
     }
 }

@@ -15,6 +15,7 @@ use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
 use crate::row::machine::{Machine, SimdLevel};
+use crate::timing::Timing;
 
 /// Frames after which a trace that is not seen is forgotten.
 const FORGOTTEN: u64 = 16;
@@ -63,6 +64,8 @@ pub(super) struct Running {
     /// By the number of their trace.
     pub known: Vec<Known>,
     pub candidates: Vec<Candidate>,
+    /// Of the last frame.
+    pub timing: Timing,
 }
 
 impl Heap for Running {
@@ -98,6 +101,7 @@ impl Running {
             places: places(calibration.lag),
             known: Vec::with_capacity(peaks * (FORGOTTEN as usize + 2)),
             candidates: Vec::with_capacity(peaks),
+            timing: Timing::default(),
         })
     }
 
@@ -131,7 +135,10 @@ impl Running {
     /// Takes the next frame, and makes candidates of what it shows.
     pub fn process(&mut self, level: &Level, seen: &mut Response) {
         let frame = Frame::from(level.luminance.view());
-        self.detector.process_into(frame, seen).expect("a level has the size of its members and luminance in [0, 1]");
+        self.timing = Timing::default();
+        self.detector
+            .process_timed(frame, seen, &mut self.timing)
+            .expect("a level has the size of its members and luminance in [0, 1]");
         let now = self.detector.frames();
         self.known.retain(|known| now - known.last <= FORGOTTEN);
         self.candidates.clear();

@@ -21,6 +21,7 @@ use crate::model::lag;
 use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::timing::Timing;
 use member::Running;
 use merge::Merge;
 use pyramid::Level;
@@ -201,6 +202,21 @@ impl Bank {
             (response.ego_motion, response.cut) = (seen.ego_motion, seen.cut);
         }
         self.frames += 1;
+        Ok(())
+    }
+
+    /// As [`Bank::process_into`], adding up the time that each stage takes in all of its members.
+    ///
+    /// # Errors
+    /// As `process_into`.
+    pub fn process_timed<'a>(
+        &mut self,
+        frame: impl Into<Frame<'a>>,
+        response: &mut Response,
+        timing: &mut Timing,
+    ) -> Result<(), FrameError> {
+        self.process_into(frame, response)?;
+        self.members.iter().for_each(|running| *timing += &running.timing);
         Ok(())
     }
 
