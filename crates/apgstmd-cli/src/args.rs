@@ -48,6 +48,7 @@ Examples:
 const RUN_EXAMPLES: &str = "\
 Examples:
   apgstmd run frames/                              writes detections.csv, tracks.csv, run.json into ./frames-apgstmd
+  apgstmd run sky.mp4 --report found.html --video found.mp4   a page and a video to look at
   apgstmd run 'frames/f_%05d.tif' --overlay        annotated pictures and a contact strip as well
   apgstmd run frames/ --out - --format jsonl | jq .score
   apgstmd run clip.mp4 --start 10s --stop 15s      five seconds of a video; every row has its time
@@ -297,7 +298,16 @@ pub struct RunArgs {
     /// Write overlay/NAME.png, one annotated picture a frame, and strip.png, a sheet of twelve
     #[arg(long, help_heading = "Output")]
     pub overlay: bool,
-    /// Replace results that DIR already holds (only files that this program wrote), and the files of --mot and --coco
+    /// Write a video with every frame annotated: .mp4 or .mov, .mkv, through the program ffmpeg
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub video: Option<PathBuf>,
+    /// Show the response map beside each frame of the video
+    #[arg(long, requires = "video", help_heading = "Output")]
+    pub video_response: bool,
+    /// Write a page to look at what was found, in one file for any browser: .html
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub report: Option<PathBuf>,
+    /// Replace results that DIR already holds (only files that this program wrote), and the files named by other flags
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 

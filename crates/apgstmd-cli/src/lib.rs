@@ -6,6 +6,7 @@
 pub mod args;
 pub mod commands;
 pub mod failure;
+pub mod footage;
 pub mod interrupt;
 pub mod judge;
 pub mod plot;

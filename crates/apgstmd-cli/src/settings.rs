@@ -1,5 +1,7 @@
 //! What the flags mean together: checked, defaults filled in, nothing left to decide while frames flow.
 
+mod pictures;
+
 use std::collections::HashSet;
 use std::fs;
 use std::ops::RangeInclusive;
@@ -8,6 +10,7 @@ use std::path::{Path, PathBuf};
 use apgstmd_core::params::{Localise, RejectionMode};
 use apgstmd_core::{BankParams, MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
 
+pub use self::pictures::PictureSettings;
 use crate::Outcome;
 use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch};
 use crate::failure::{Failure, reason, without_snippet};
@@ -50,6 +53,8 @@ pub struct RunSettings {
     pub tracks: TrackSettings,
     /// Annotated pictures.
     pub overlay: bool,
+    /// Video and page.
+    pub pictures: PictureSettings,
     /// Inner maps.
     pub dump: Option<DumpSettings>,
     /// Replace earlier results.
@@ -220,6 +225,7 @@ impl RunSettings {
             }
         }
         let tracks = TrackSettings::resolve(&args, &params, &destination)?;
+        let pictures = PictureSettings::resolve(&args, &tracks, &destination)?;
         let dump = match args.dump {
             None => None,
             Some(stages) => Some(DumpSettings {
@@ -252,6 +258,7 @@ impl RunSettings {
             formats,
             tracks,
             overlay: args.overlay,
+            pictures,
             dump,
             force: args.force,
             quiet: args.quiet,
@@ -315,7 +322,10 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
 }
 
 /// Seconds from one used frame to the next.
-fn seconds_between(source: &Input, span: Span) -> Outcome<f64> {
+///
+/// # Errors
+/// INPUT does not tell.
+pub fn seconds_between(source: &Input, span: Span) -> Outcome<f64> {
     match (span.step, source.rate()) {
         (Place::Seconds(step), _) => Ok(step),
         (Place::Frames(step), Some(rate)) => Ok(step as f64 / rate),

@@ -3,15 +3,13 @@
 
 mod common;
 
-use std::ffi::OsString;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Ran, command, csv_rows, folder, json, results, video};
+use common::{Ran, command, csv_rows, folder, json, programs, results, video, with_path};
 
 /// A frame every 5 ms of a size that takes far longer: some are dropped, the last is not, what is left is judged as if
 /// nothing else had been there.
@@ -121,39 +119,6 @@ fn a_live_file_is_whole() {
     for row in csv_rows(&out.join("detections.csv")) {
         assert!((row.time.unwrap() - row.frame as f64 / 30.0).abs() < 1e-6, "{row:?}");
     }
-}
-
-/// `ffmpeg` and `ffprobe` as a test wants them. In scripts, $REAL is the folder of the true ones.
-fn programs(ffmpeg: Option<&str>) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let real = which("ffmpeg");
-    let real = real.parent().unwrap().display();
-    let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        fs::write(&path, format!("#!/bin/sh\nREAL={real}\nHERE={}\n{text}\n", folder.path().display())).unwrap();
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
-    };
-    if let Some(ffmpeg) = ffmpeg {
-        write("ffprobe", r#"exec "$REAL/ffprobe" "$@""#);
-        write("ffmpeg", ffmpeg);
-    }
-    folder
-}
-
-fn which(program: &str) -> std::path::PathBuf {
-    let path = std::env::var_os("PATH").unwrap();
-    std::env::split_paths(&path).map(|folder| folder.join(program)).find(|path| path.is_file()).unwrap()
-}
-
-fn with_path(folder: &Path, words: &[&str], input: &Path) -> Command {
-    let mut path = OsString::from(folder);
-    // The scripts need the usual tools, but no other ffmpeg.
-    if folder.join("ffmpeg").exists() {
-        path.push(":/usr/bin:/bin");
-    }
-    let mut run = command();
-    run.arg("run").args(words).arg(input).env("PATH", path).stdin(Stdio::null());
-    run
 }
 
 fn clip(frames: usize) -> (tempfile::TempDir, std::path::PathBuf) {

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod demo;
 pub mod eval;
+mod page;
 pub mod params;
 mod pipeline;
 pub mod reproduce;
@@ -15,6 +16,10 @@ use std::path::Path;
 
 use crate::Outcome;
 use crate::failure::Failure;
+
+fn count(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
 
 /// Text to stdout, all of it or an error.
 fn print(text: &str) -> Outcome {

@@ -4,18 +4,22 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use super::pipeline::{Options, Report, drive};
+use super::{count, page};
 use crate::Outcome;
 use crate::args::{Format, RunArgs};
 use crate::failure::Failure;
+use crate::footage::Warning;
 use crate::interrupt;
-use crate::settings::{Destination, RunSettings, TrackSettings, readers};
+use crate::settings::{Destination, PictureSettings, RunSettings, TrackSettings, readers, seconds_between};
 use crate::sink::Sink;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
+use crate::sink::report::{Gather, Gathered};
 use crate::sink::results::{self, Results};
 use crate::sink::run_json::{BankRecord, Input, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
 use crate::sink::tracks::{Coco, Mot, TracksCsv};
+use crate::sink::video::{Codec, Video, VideoOptions};
 use crate::source::{Place, Selection};
 
 pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
@@ -37,21 +41,28 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         machine: settings.machine.clone(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
-        tracks: settings.tracks.any(),
+        tracks: settings.tracks.any() || settings.pictures.any(),
+        response: settings.pictures.response,
         quiet: settings.quiet,
         live: source.is_live(),
         span: settings.span,
     };
-    let mut report = drive(sources, &options, || open_sinks(&settings, &results));
+    let mut gathered = settings.pictures.report.as_deref().map(Gathered::new).transpose()?;
+    let codec = settings.pictures.video.as_ref().map(|_| Codec::choose()).transpose()?;
+    let gather = gathered.as_mut();
+    let mut report = drive(sources, &options, || open_sinks(&settings, &results, gather, codec));
     if report.empty && source.count() > 0 {
         report.failure = Some(settings.span.nothing_left(source.count()));
     }
+    let warnings = warnings(&settings, &report);
     let recorded = match &settings.destination {
-        Destination::Folder(folder) => write_record(&settings, &report, folder),
+        Destination::Folder(folder) => write_record(&settings, &report, &warnings, folder),
         Destination::Stdout => Ok(()),
     };
+    let shown = gathered.map_or(Ok(()), |gathered| page::write(&gathered, &settings, &report, &warnings));
+    let recorded = recorded.and(shown);
     if !settings.quiet && report.failure.is_none() {
-        summarise(&settings, &report);
+        summarise(&settings, &report, &warnings);
     }
     match report.failure {
         Some(failure) => Err(failure),
@@ -73,11 +84,16 @@ fn check_results(settings: &RunSettings) -> Outcome<Option<Results>> {
     Ok(Some(results))
 }
 
-fn open_sinks(settings: &RunSettings, results: &Option<Results>) -> Outcome<Vec<Box<dyn Sink>>> {
+fn open_sinks<'a>(
+    settings: &RunSettings,
+    results: &Option<Results>,
+    gathered: Option<&'a mut Gathered>,
+    codec: Option<Codec>,
+) -> Outcome<Vec<Box<dyn Sink + 'a>>> {
     if let Some(results) = results {
         results.prepare()?;
     }
-    let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+    let mut sinks: Vec<Box<dyn Sink + 'a>> = Vec::new();
     for format in &settings.formats {
         let target = |name: &str| match &settings.destination {
             Destination::Folder(folder) => Target::file(&folder.join(name)),
@@ -105,10 +121,19 @@ fn open_sinks(settings: &RunSettings, results: &Option<Results>) -> Outcome<Vec<
         let frames = settings.selection.as_ref().map(Selection::frames);
         sinks.push(Box::new(Overlay::new(folder, settings.source.shown(), frames, true)?));
     }
+    if let Some(gathered) = gathered {
+        sinks.push(Box::new(Gather(gathered)));
+    }
+    // Last: should it fail, the others have the frame.
+    if let (Some(path), Some(codec)) = (&settings.pictures.video, codec) {
+        let rate = seconds_between(&settings.source, settings.span).ok().map(f64::recip);
+        let (path, response, bank) = (path.clone(), settings.pictures.response, settings.bank.is_some());
+        sinks.push(Box::new(Video::new(VideoOptions { path, codec, rate, response, bank })?));
+    }
     Ok(sinks)
 }
 
-fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outcome {
+fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], folder: &Path) -> Outcome {
     // Without a first frame nothing was opened, and nothing is left behind.
     let Some(size) = report.size else { return Ok(()) };
     let record = RunRecord {
@@ -128,6 +153,8 @@ fn write_record(settings: &RunSettings, report: &Report, folder: &Path) -> Outco
         found: report.found,
         background: &report.background,
         seconds_per_frame: report.timing(),
+        stage_seconds_per_frame: report.stage_seconds(),
+        warnings,
         seconds: report.wall.as_secs_f64(),
         speed: settings.speed,
         bank: settings.bank.as_ref().map(BankRecord::of),
@@ -161,8 +188,60 @@ fn input_record<'a>(settings: &'a RunSettings, report: &Report) -> Input<'a> {
     }
 }
 
+/// What the user should know of the input and of what became of it.
+fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
+    let mut warnings = report.warnings.clone();
+    if let Some(live) = report.live {
+        let share = live.dropped as f64 / (live.dropped + report.frames).max(1) as f64;
+        if share >= MANY_DROPPED {
+            warnings.push(Warning::new(
+                "dropped",
+                format!(
+                    "{:.0} % of the frames were dropped, so that targets move {:.1} times as far from one computed frame \
+                     to the next",
+                    100.0 * share,
+                    (1.0 - share).max(1e-3).recip()
+                ),
+                "compute less: a known --speed, fewer --speeds, a smaller picture",
+            ));
+        }
+    }
+    if 10 * report.background.unexplained > report.frames {
+        warnings.push(Warning::new(
+            "camera",
+            format!(
+                "in {} the picture does not tell how the camera moved, and is taken to stand still",
+                count(report.background.unexplained, "frame")
+            ),
+            "tracks and scores there may be those of the background",
+        ));
+    }
+    if let Some(first) = report.skipped.first() {
+        warnings.push(Warning::new(
+            "skipped",
+            format!("{} skipped, the first {}: {}", report.skipped.len(), first.name, first.reason),
+            "run.json lists all of them",
+        ));
+    }
+    if let (Some(claimed), None, false) = (settings.source.claims(), settings.span.stop, report.interrupted) {
+        warnings.push(Warning::new(
+            "short",
+            format!(
+                "{} says that it has {claimed} frames, but {} came",
+                settings.source.shown(),
+                settings.source.count()
+            ),
+            "it may have been cut short",
+        ));
+    }
+    warnings
+}
+
+/// Share of dropped frames from which on it matters.
+const MANY_DROPPED: f64 = 0.2;
+
 /// On stderr: stdout is for data.
-fn summarise(settings: &RunSettings, report: &Report) {
+fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
     let Some(size) = report.size else { return };
     let found = report.found;
     let seconds = report.wall.as_secs_f64();
@@ -181,11 +260,7 @@ fn summarise(settings: &RunSettings, report: &Report) {
             100.0 * timing.busy.decode,
             100.0 * timing.busy.compute,
             100.0 * timing.busy.write,
-            match timing.limited_by {
-                "decode" => "reading",
-                "compute" => "computing",
-                _ => "writing",
-            }
+            page::limit(report)
         ),
         format!(
             "{} in {}, {}{}",
@@ -208,23 +283,7 @@ fn summarise(settings: &RunSettings, report: &Report) {
     if !background.cuts.is_empty() {
         lines.push(format!("the scene is cut before {}: {:?}", count(background.cuts.len(), "frame"), background.cuts));
     }
-    if 10 * background.unexplained > report.frames {
-        lines.push(format!(
-            "warning: in {} the picture does not tell how the camera moved, and is taken to stand still",
-            count(background.unexplained, "frame")
-        ));
-    }
-    if !report.skipped.is_empty() {
-        let first = &report.skipped[0];
-        lines.push(format!("{} skipped, the first {}: {}", report.skipped.len(), first.name, first.reason));
-    }
-    if let (Some(claimed), None, false) = (settings.source.claims(), settings.span.stop, report.interrupted) {
-        lines.push(format!(
-            "warning: {} says that it has {claimed} frames, but {} came: it may have been cut short",
-            settings.source.shown(),
-            settings.source.count()
-        ));
-    }
+    lines.extend(warnings.iter().map(|warning| format!("warning: {}; {}", warning.text, warning.advice)));
     if report.interrupted {
         lines.push("interrupted: the files are complete up to there".to_owned());
     }
@@ -264,15 +323,12 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
             paths.push(folder.join(results::OVERLAY));
         }
     }
-    paths.extend([&settings.tracks.mot, &settings.tracks.coco].into_iter().flatten().cloned());
+    let PictureSettings { video, report, .. } = &settings.pictures;
+    paths.extend([&settings.tracks.mot, &settings.tracks.coco, video, report].into_iter().flatten().cloned());
     paths.extend(settings.dump.as_ref().map(|dump| dump.folder.clone()));
     // A run that was interrupted early has no strip yet.
     paths.retain(|path| path.exists());
     paths
-}
-
-fn count(n: usize, thing: &str) -> String {
-    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
 }
 
 /// `eprintln!` panics when stderr is closed; a summary is not worth that.

@@ -1,17 +1,20 @@
 //! Where results go: each sink sees every processed frame once, in order.
 
+mod beside;
 pub mod dump;
 pub mod overlay;
 mod png;
+pub mod report;
 pub mod results;
 pub mod run_json;
 pub mod scene_folder;
 pub mod table;
 pub mod tracks;
+pub mod video;
 
 use apgstmd_core::tracking::TrackPoint;
 use apgstmd_core::{Detection, EgoMotion, Stage};
-use ndarray::Array3;
+use ndarray::{Array2, Array3};
 
 use crate::Outcome;
 use crate::source::Picture;
@@ -38,7 +41,33 @@ pub struct Seen {
     pub cut: bool,
     /// What happened inside, as far as that is to be written.
     pub maps: Vec<(Stage, Array3<f32>)>,
+    /// The response, (rows, columns), where a sink asked for it.
+    pub response: Option<Array2<f32>>,
 }
+
+#[cfg(test)]
+impl Seen {
+    /// A frame in which nothing was found.
+    pub fn bare(frame: usize, picture: Picture) -> Self {
+        Self {
+            frame,
+            name: format!("frame {frame}"),
+            time: None,
+            picture,
+            detections: Vec::new(),
+            tracks: Vec::new(),
+            background_shift: (0.0, 0.0),
+            ego_motion: EgoMotion::default(),
+            cut: false,
+            maps: Vec::new(),
+            response: None,
+        }
+    }
+}
+
+/// Tracks below this share of the strongest score are drawn faintly: single detectors list clutter that is thousands of
+/// times weaker than targets. A bank has a floor of its own.
+const WEAK: f32 = 0.01;
 
 /// A receiver of results.
 pub trait Sink {

@@ -1,5 +1,6 @@
 //! run.json: what was run, on what, how fast, and what was found.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -9,6 +10,7 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::failure::Failure;
+use crate::footage::Warning;
 use crate::sink::Seen;
 
 /// Raised when a field changes its meaning or goes away.
@@ -50,6 +52,10 @@ pub struct RunRecord<'a> {
     pub background: &'a Background,
     /// Time spent.
     pub seconds_per_frame: Timing,
+    /// Seconds a frame of each stage of the model; of a bank, of all its members together.
+    pub stage_seconds_per_frame: BTreeMap<&'static str, f64>,
+    /// What is wrong with the footage, and what to do.
+    pub warnings: &'a [Warning],
     /// Wall time from the first picture to the last.
     pub seconds: f64,
     /// Speed the parameters were scaled to by `--speed`, px/frame.

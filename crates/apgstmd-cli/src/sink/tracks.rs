@@ -6,7 +6,7 @@
 //! whole, at the end of the run, beside its place and then moved there.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,7 @@ use apgstmd_core::Size;
 use apgstmd_core::tracking::TrackPoint;
 use serde::Serialize;
 
+use super::beside::Beside;
 use super::table::microseconds;
 use super::{Seen, Sink};
 use crate::Outcome;
@@ -110,9 +111,7 @@ fn corner(point: &TrackPoint, side: f64) -> (f64, f64) {
 
 /// COCO JSON: an image for each frame, an annotation for each point.
 pub struct Coco {
-    path: PathBuf,
-    /// Where it grows.
-    beside: PathBuf,
+    beside: Beside,
     side: f64,
     images: Vec<Image>,
     points: Vec<TrackPoint>,
@@ -171,12 +170,7 @@ impl Coco {
     /// # Errors
     /// Writing failed.
     pub fn new(path: &Path, side: f64) -> Outcome<Self> {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(".part");
-        let beside = path.with_file_name(name);
-        // The place is named as the user knows it.
-        File::create(&beside).map_err(|error| Failure::write(path, error))?;
-        Ok(Self { path: path.to_owned(), beside, side, images: Vec::new(), points: Vec::new() })
+        Ok(Self { beside: Beside::new(path)?, side, images: Vec::new(), points: Vec::new() })
     }
 
     fn annotations(&mut self) -> Vec<Annotation> {
@@ -219,17 +213,8 @@ impl Sink for Coco {
             annotations,
             categories: [Category { id: 1, name: "target", supercategory: "target" }],
         };
-        let text = serde_json::to_string(&dataset).map_err(|error| Failure::write(&self.path, error))?;
-        fs::write(&self.beside, text + "\n")
-            .and_then(|()| fs::rename(&self.beside, &self.path))
-            .map_err(|error| Failure::write(&self.path, error))
-    }
-}
-
-impl Drop for Coco {
-    fn drop(&mut self) {
-        // Moved away by `finish`, unless that failed.
-        let _ = fs::remove_file(&self.beside);
+        let text = serde_json::to_string(&dataset).map_err(|error| Failure::write(self.beside.path(), error))?;
+        self.beside.write(&(text + "\n"))
     }
 }
 

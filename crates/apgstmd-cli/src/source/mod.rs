@@ -2,7 +2,7 @@
 //! [`FrameSource`].
 
 mod decode;
-mod ffmpeg;
+pub(crate) mod ffmpeg;
 mod files;
 mod input;
 mod listing;

@@ -184,3 +184,40 @@ pub fn assert_found(rows: &[Row], frame: usize) {
     assert!(off < 3.0, "frame {frame}: {best:?} is {off} px off");
     assert!(best.direction.abs() < 0.4, "{best:?} moves to the right");
 }
+
+/// `ffmpeg` and `ffprobe` as a test wants them. In scripts, $REAL is the folder of the true ones.
+#[cfg(unix)]
+pub fn programs(ffmpeg: Option<&str>) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let real = which("ffmpeg");
+    let real = real.parent().unwrap().display();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, format!("#!/bin/sh\nREAL={real}\nHERE={}\n{text}\n", folder.path().display())).unwrap();
+        fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    };
+    if let Some(ffmpeg) = ffmpeg {
+        write("ffprobe", r#"exec "$REAL/ffprobe" "$@""#);
+        write("ffmpeg", ffmpeg);
+    }
+    folder
+}
+
+#[cfg(unix)]
+fn which(program: &str) -> PathBuf {
+    let path = std::env::var_os("PATH").unwrap();
+    std::env::split_paths(&path).map(|folder| folder.join(program)).find(|path| path.is_file()).unwrap()
+}
+
+/// `run` with that folder as its path.
+#[cfg(unix)]
+pub fn with_path(folder: &Path, words: &[&str], input: &Path) -> Command {
+    let mut path = std::ffi::OsString::from(folder);
+    // The scripts need the usual tools, but no other ffmpeg.
+    if folder.join("ffmpeg").exists() {
+        path.push(":/usr/bin:/bin");
+    }
+    let mut run = command();
+    run.arg("run").args(words).arg(input).env("PATH", path).stdin(std::process::Stdio::null());
+    run
+}

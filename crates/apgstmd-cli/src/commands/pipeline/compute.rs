@@ -5,7 +5,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use apgstmd_core::tracking::Observation;
-use apgstmd_core::{Frame, Machine, ParamError, Response, Size, Tracker};
+use apgstmd_core::{Frame, Machine, ParamError, Response, Size, Timing, Tracker};
 use indicatif::ProgressBar;
 
 use super::Options;
@@ -31,7 +31,7 @@ pub(super) struct Computed {
     pub came: Instant,
 }
 
-/// What became of the frames that left no result.
+/// What became of the frames that left no result, and where the time went.
 #[derive(Default)]
 pub(super) struct Left {
     pub skipped: Vec<Skipped>,
@@ -42,6 +42,8 @@ pub(super) struct Left {
     pub first: Option<usize>,
     pub last: Option<usize>,
     pub left_out: Vec<RangeInclusive<usize>>,
+    /// What the stages of the model took, of all frames.
+    pub stages: Timing,
 }
 
 impl Left {
@@ -212,7 +214,7 @@ impl<'a> Compute<'a> {
             let begin = Instant::now();
             let before = detector.frames();
             let frames: Vec<Frame<'_>> = block.as_slice().iter().map(|accepted| accepted.picture.frame()).collect();
-            let processed = detector.process_block(&frames, &mut responses[..frames.len()]);
+            let processed = detector.process_block(&frames, &mut responses[..frames.len()], &mut self.left.stages);
             let done = (detector.frames() - before) as usize;
             let compute = begin.elapsed() / done.max(1) as u32;
             for (index, accepted) in block.by_ref().take(done).enumerate() {
@@ -245,11 +247,13 @@ impl<'a> Compute<'a> {
         let copied = wanted.iter().zip(probe.iter().cycle());
         let copied = copied.map(|(&stage, probe)| Ok((stage, probe.stage(stage).map_err(Failure::failed)?)));
         let maps = copied.collect::<Outcome<Vec<_>>>()?;
+        let found = &responses[index];
+        let response = self.options.response.then(|| found.map.clone());
         let copy = begin.elapsed();
-        let Response { detections, background_shift, ego_motion, cut, .. } = &responses[index];
-        let detections = detections.clone();
-        let (background_shift, ego_motion, cut) = (*background_shift, *ego_motion, *cut);
-        let seen = Seen { frame, name, time, picture, detections, tracks, background_shift, ego_motion, cut, maps };
+        let detections = found.detections.clone();
+        let (background_shift, ego_motion, cut) = (found.background_shift, found.ego_motion, found.cut);
+        let seen =
+            Seen { frame, name, time, picture, detections, tracks, background_shift, ego_motion, cut, maps, response };
         self.bar.inc(1);
         let computed = Computed { seen, size: detector.size(), decode, compute, copy, came };
         Ok(self.results.send(computed).map_err(|_| Gone)?)

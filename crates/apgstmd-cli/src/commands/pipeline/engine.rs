@@ -1,6 +1,8 @@
 //! What computes: one detector, or a bank of them.
 
-use apgstmd_core::{Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Response, Size};
+use apgstmd_core::{
+    Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Response, Size, Timing,
+};
 
 use super::Options;
 
@@ -53,13 +55,18 @@ impl Engine {
         }
     }
 
-    /// One response a frame, up to the first frame that cannot be used.
-    pub fn process_block(&mut self, frames: &[Frame<'_>], responses: &mut [Response]) -> Result<(), FrameError> {
+    /// One response a frame, up to the first frame that cannot be used; adds up what each stage takes.
+    pub fn process_block(
+        &mut self,
+        frames: &[Frame<'_>],
+        responses: &mut [Response],
+        timing: &mut Timing,
+    ) -> Result<(), FrameError> {
         match self {
-            Self::Detector(detector) => detector.process_block(frames, responses),
+            Self::Detector(detector) => detector.process_block_timed(frames, responses, timing),
             Self::Bank(bank) => {
                 let mut pairs = frames.iter().zip(responses);
-                pairs.try_for_each(|(frame, response)| bank.process_into(*frame, response))
+                pairs.try_for_each(|(frame, response)| bank.process_timed(*frame, response, timing))
             }
         }
     }
@@ -81,8 +88,11 @@ const BIRTH_SCORE: f64 = 0.02;
 pub(super) fn tracked(bank: &BankParams) -> Result<Params, ParamError> {
     let octaves = bank.members.iter().map(|member| member.speed.log2()).sum::<f64>() / bank.members.len() as f64;
     let mut params = bank.base.for_speed(octaves.exp2())?;
-    if params.tracking.birth_score == 0.0 {
-        params.tracking.birth_score = BIRTH_SCORE;
-    }
+    params.tracking.birth_score = birth_score(bank);
     Ok(params)
+}
+
+/// Least score that begins a track behind a bank.
+pub(in crate::commands) fn birth_score(bank: &BankParams) -> f64 {
+    if bank.base.tracking.birth_score == 0.0 { BIRTH_SCORE } else { bank.base.tracking.birth_score }
 }

@@ -6,21 +6,23 @@ mod compute;
 mod engine;
 mod latest;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::RangeInclusive;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
-use apgstmd_core::{BankParams, Machine, Params, Size};
+use apgstmd_core::{BankParams, Machine, Params, Size, Timing as Stages};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use self::ahead::ReadAhead;
 use self::compute::{Compute, Computed};
+pub(super) use self::engine::birth_score;
 use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::{Failure, reason};
+use crate::footage::{Footage, Tuned, Warning};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
 use crate::sink::run_json::{Background, Busy, Delay, Found, Live, Skipped, Statistic, Timing};
@@ -40,6 +42,8 @@ pub(super) struct Options<'a> {
     pub dump: Option<&'a DumpSettings>,
     /// Whether the sinks want tracks.
     pub tracks: bool,
+    /// Whether they want the response.
+    pub response: bool,
     pub quiet: bool,
     /// Only the newest frame is computed, the others are dropped.
     pub live: bool,
@@ -68,6 +72,10 @@ pub(super) struct Report {
     pub live: Option<Live>,
     /// The source ended, and none of its frames was used.
     pub empty: bool,
+    /// What the stages of the model took, of all frames; of a bank, in all members.
+    pub stages: Stages,
+    /// What is wrong with the footage.
+    pub warnings: Vec<Warning>,
     readers: usize,
     decode: Vec<f64>,
     compute: Vec<f64>,
@@ -75,6 +83,12 @@ pub(super) struct Report {
 }
 
 impl Report {
+    /// What each stage of the model took, a frame.
+    pub fn stage_seconds(&self) -> BTreeMap<&'static str, f64> {
+        let each = |spent: Duration| spent.as_secs_f64() / self.frames.max(1) as f64;
+        self.stages.parts().map(|(name, spent)| (name, each(spent))).filter(|(_, seconds)| *seconds > 0.0).collect()
+    }
+
     pub fn timing(&self) -> Timing {
         let total: Vec<f64> =
             self.decode.iter().zip(&self.compute).zip(&self.write).map(|((d, c), w)| d + c + w).collect();
@@ -150,6 +164,7 @@ fn feed<'s>(
         report.first = left.first;
         report.last = left.last;
         report.left_out = left.left_out;
+        report.stages = left.stages;
         report.live = left.dropped.map(|dropped| Live { dropped, delay: Delay::of(&delays) });
         // What failed to be written came before what failed to be computed.
         written.and(computed)
@@ -167,19 +182,21 @@ fn write<'s>(
 ) -> Outcome {
     let mut open = Some(open);
     let mut traces = HashSet::new();
+    let mut footage = Footage::new(tuned(options));
+    let mut outcome = Ok(());
     for Computed { seen, size, decode, compute, copy, came } in results {
         let begin = Instant::now();
         if let Some(open) = open.take() {
             *sinks = open()?;
             report.size = Some(size);
         }
-        for sink in sinks.iter_mut() {
-            sink.frame(&seen)?;
+        outcome = sinks.iter_mut().try_for_each(|sink| sink.frame(&seen));
+        if outcome.is_err() {
+            break;
         }
         delays.push(came.elapsed().as_secs_f64());
         report.decode.push(decode.as_secs_f64());
         report.compute.push(compute.as_secs_f64());
-        report.write.push((copy + begin.elapsed()).as_secs_f64());
 
         report.frames += 1;
         report.background.add(&seen);
@@ -193,8 +210,18 @@ fn write<'s>(
             report.found.tracks = report.found.tracks.max(newest).or(Some(0));
         }
         bar.set_message(format!("{} detections", report.found.detections));
+        footage.take(seen);
+        report.write.push((copy + begin.elapsed()).as_secs_f64());
     }
-    Ok(())
+    report.warnings = footage.warnings();
+    outcome
+}
+
+/// Speeds that there are detectors for.
+fn tuned(options: &Options<'_>) -> Tuned {
+    let speeds = || options.bank.iter().flat_map(|bank| bank.members.iter().map(|member| member.speed));
+    let own = options.params.prediction.v_opt;
+    Tuned { slowest: speeds().reduce(f64::min).unwrap_or(own), fastest: speeds().reduce(f64::max).unwrap_or(own) }
 }
 
 fn nothing_usable(skipped: &[Skipped]) -> Failure {
@@ -291,6 +318,7 @@ mod tests {
             on_error: OnError::Stop,
             dump: None,
             tracks: false,
+            response: false,
             quiet: true,
             live: true,
             span: Span::ALL,
@@ -325,6 +353,7 @@ mod tests {
             on_error: OnError::Stop,
             dump: None,
             tracks: false,
+            response: false,
             quiet: true,
             live: false,
             span: Span::ALL,

@@ -12,7 +12,7 @@ use super::inset;
 use super::trails::{Place, Trails};
 
 /// What is to be drawn of a frame.
-pub(super) struct Scene<'a> {
+pub(in crate::sink) struct Scene<'a> {
     pub picture: &'a RgbImage,
     /// Targets, strongest first.
     pub clear: &'a [Detection],
@@ -33,7 +33,7 @@ const COLOURS: [Rgb; 6] =
     [[255, 176, 32], [86, 196, 255], [255, 240, 80], [255, 120, 190], [70, 225, 160], [255, 128, 64]];
 
 /// Colour of a trace.
-pub(super) fn colour(trace: u64) -> Rgb {
+pub(in crate::sink) fn colour(trace: u64) -> Rgb {
     COLOURS[(trace % COLOURS.len() as u64) as usize]
 }
 
@@ -49,7 +49,7 @@ struct Pen<'a> {
 }
 
 /// Draws a frame at `scale` canvas pixels a picture pixel.
-pub(super) fn annotate(scene: &Scene<'_>, scale: f32) -> Canvas {
+pub(in crate::sink) fn annotate(scene: &Scene<'_>, scale: f32) -> Canvas {
     let enlarged = enlarge(scene.picture, scale);
     let (width, height) = enlarged.dimensions();
     let letters = (0.024 * width as f32).clamp(11.0, 18.0);
@@ -90,11 +90,17 @@ fn enlarge(picture: &RgbImage, scale: f32) -> RgbImage {
     let (width, height) = (side(picture.width()), side(picture.height()));
     let filter = match scale {
         1.0 => return picture.clone(),
-        whole if whole.fract() == 0.0 => FilterType::Nearest,
+        whole if whole.fract() == 0.0 => return repeat(picture, whole as u32),
         smaller if smaller < 1.0 => FilterType::Triangle,
         _ => FilterType::CatmullRom,
     };
     resize(picture, width, height, filter)
+}
+
+/// Each pixel as a square of `times` x `times`.
+pub(in crate::sink) fn repeat(picture: &RgbImage, times: u32) -> RgbImage {
+    let (width, height) = (times * picture.width(), times * picture.height());
+    RgbImage::from_fn(width, height, |x, y| *picture.get_pixel(x / times, y / times))
 }
 
 impl Pen<'_> {

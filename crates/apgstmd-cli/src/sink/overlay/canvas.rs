@@ -8,20 +8,20 @@ use tiny_skia::{
 };
 
 /// Red, green, blue, 0 to 255.
-pub(super) type Rgb = [u8; 3];
+pub(in crate::sink) type Rgb = [u8; 3];
 
 /// Opaque picture under construction.
 #[derive(Clone)]
-pub(super) struct Canvas {
+pub(in crate::sink) struct Canvas {
     pixmap: Pixmap,
 }
 
 /// Text that is drawn on a dark ground.
-pub(super) const INK: Rgb = [236, 239, 244];
+pub(in crate::sink) const INK: Rgb = [236, 239, 244];
 /// Less important text.
-pub(super) const FAINT: Rgb = [150, 158, 172];
+pub(in crate::sink) const FAINT: Rgb = [150, 158, 172];
 /// The ground of captions and the strip.
-pub(super) const GROUND: Rgb = [20, 23, 28];
+pub(in crate::sink) const GROUND: Rgb = [20, 23, 28];
 
 impl Canvas {
     pub fn new(width: u32, height: u32) -> Self {
@@ -152,7 +152,7 @@ impl Canvas {
 }
 
 /// Width of a text, px.
-pub(super) fn text_width(text: &str, height: f32) -> f32 {
+pub(in crate::sink) fn text_width(text: &str, height: f32) -> f32 {
     layout(&font(), text, height).1
 }
 

@@ -1,11 +1,11 @@
 //! Annotated pictures: one a frame under `overlay/`, and `strip.png`, twelve frames on one sheet.
 
-mod annotate;
-mod canvas;
+pub(super) mod annotate;
+pub(super) mod canvas;
 mod inset;
 mod strip;
-mod tone;
-mod trails;
+pub(super) mod tone;
+pub(super) mod trails;
 
 use std::collections::{HashSet, VecDeque};
 use std::fs;
@@ -164,7 +164,7 @@ fn save(path: &Path, canvas: &Canvas) -> io::Result<()> {
 }
 
 /// Whole numbers keep pixels square and crisp.
-fn frame_scale(size: Size) -> f32 {
+pub(super) fn frame_scale(size: Size) -> f32 {
     (FRAME_WIDTH / size.height.max(size.width) as f32).round().clamp(1.0, 6.0)
 }
 

@@ -8,7 +8,7 @@ use crate::source::{Picture, Pixels};
 
 /// A linear map of samples to [0, 1].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tone {
+pub(in crate::sink) struct Tone {
     black: f64,
     white: f64,
 }

@@ -3,13 +3,17 @@
 use std::collections::HashMap;
 
 use apgstmd_core::Detection;
+use apgstmd_core::tracking::TrackPoint;
 
 /// Frames a trail reaches back.
 const LENGTH: usize = 48;
 
+/// Frames after which the trail of a track that is not seen ends.
+const UNSEEN: usize = 16;
+
 /// One past position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(in crate::sink) struct Place {
     pub frame: usize,
     pub x: f32,
     pub y: f32,
@@ -17,7 +21,7 @@ pub(super) struct Place {
 
 /// Past positions by trace.
 #[derive(Default)]
-pub(super) struct Trails {
+pub(in crate::sink) struct Trails {
     places: HashMap<u64, Vec<Place>>,
     frames: Vec<usize>,
 }
@@ -33,6 +37,26 @@ impl Trails {
             let place = Place { frame, x: detection.x, y: detection.y };
             self.places.entry(detection.trace).or_default().push(place);
         }
+        self.forget();
+    }
+
+    /// Adds points of tracks that became certain with a frame, of which some may be earlier. A track that nobody has seen
+    /// for a while has no trail any more.
+    pub fn add_points<'a>(&mut self, frame: usize, points: impl Iterator<Item = &'a TrackPoint>) {
+        self.frames.push(frame);
+        if self.frames.len() > LENGTH {
+            self.frames.remove(0);
+        }
+        for point in points {
+            let place = Place { frame: point.frame, x: point.x as f32, y: point.y as f32 };
+            self.places.entry(point.track).or_default().push(place);
+        }
+        self.forget();
+        let recent = self.frames[self.frames.len().saturating_sub(UNSEEN)];
+        self.places.retain(|_, places| places.last().is_some_and(|place| place.frame >= recent));
+    }
+
+    fn forget(&mut self) {
         let oldest = self.frames[0];
         self.places.retain(|_, places| {
             places.retain(|place| place.frame >= oldest);

@@ -13,7 +13,7 @@ const LAST: usize = 20;
 
 /// What is told of a frame before its samples come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stamp {
+pub(crate) struct Stamp {
     pub size: Size,
     /// Seconds, exact: a count of the stream's own unit.
     pub time: Option<f64>,
@@ -21,7 +21,7 @@ pub(super) struct Stamp {
 
 /// What went wrong.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Complaints {
+pub(crate) struct Complaints {
     /// Errors, and packets known to be damaged.
     pub errors: usize,
     /// The first of them.
@@ -52,7 +52,7 @@ impl Complaints {
 }
 
 /// Starts the thread that reads `stderr`; `clean` takes from a line what nobody should see.
-pub(super) fn listen(
+pub(crate) fn listen(
     stderr: impl Read + Send + 'static,
     clean: impl Fn(&str) -> String + Send + 'static,
 ) -> std::io::Result<(Receiver<Stamp>, JoinHandle<Complaints>)> {

@@ -2,9 +2,9 @@
 //! Frames come as raw samples on its stdout, each announced with its time and size on its stderr.
 
 mod location;
-mod log;
+pub(crate) mod log;
 mod probe;
-mod process;
+pub(crate) mod process;
 
 use std::ffi::OsString;
 use std::io::{self, Read};

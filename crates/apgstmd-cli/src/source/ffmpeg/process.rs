@@ -14,21 +14,29 @@ use crate::source::Switch;
 use crate::source::stream::{Waited, wait};
 
 /// Killed when dropped.
-pub(super) struct Process(pub Child);
+pub(crate) struct Process(pub Child);
 
 impl Process {
-    /// Starts `ffmpeg` or `ffprobe`. Ctrl-C in a terminal goes to us alone, who then end it.
+    /// Starts `ffmpeg` or `ffprobe` with nothing to read, in order to read `location`.
     ///
     /// # Errors
     /// It is not there, or the system refuses.
     pub fn start(program: &str, arguments: &[OsString], location: &Location) -> Outcome<Self> {
+        Self::spawn(program, arguments, Stdio::null(), &format!("reading {}", location.shown()))
+    }
+
+    /// Starts one of them in order to do what `doing` says. Ctrl-C in a terminal goes to us alone, who then end it.
+    ///
+    /// # Errors
+    /// It is not there, or the system refuses.
+    pub fn spawn(program: &str, arguments: &[OsString], stdin: Stdio, doing: &str) -> Outcome<Self> {
         let mut command = Command::new(program);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.args(arguments).stdin(stdin).stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         match command.spawn() {
             Ok(child) => Ok(Self(child)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(missing(program, location)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(missing(program, doing)),
             Err(error) => Err(Failure::failed(format_args!("cannot start {program}: {}", reason(&error)))),
         }
     }
@@ -47,7 +55,7 @@ impl Process {
 }
 
 /// Waits a little for what should be so at once.
-pub(super) fn until(mut so: impl FnMut() -> bool) -> bool {
+pub(crate) fn until(mut so: impl FnMut() -> bool) -> bool {
     let begin = Instant::now();
     while !so() {
         if begin.elapsed() > Duration::from_secs(2) {
@@ -66,12 +74,11 @@ impl Drop for Process {
     }
 }
 
-pub(super) fn missing(program: &str, location: &Location) -> Failure {
-    Failure::failed(format_args!("reading {} needs the program {program}, which is not on the PATH", location.shown()))
-        .hint(
-            "install ffmpeg: apt-get install ffmpeg (Debian, Ubuntu), brew install ffmpeg (macOS), \
+fn missing(program: &str, doing: &str) -> Failure {
+    Failure::failed(format_args!("{doing} needs the program {program}, which is not on the PATH")).hint(
+        "install ffmpeg: apt-get install ffmpeg (Debian, Ubuntu), brew install ffmpeg (macOS), \
          winget install ffmpeg (Windows)",
-        )
+    )
 }
 
 /// What a program prints, waited for.
@@ -126,7 +133,7 @@ fn without_name(line: &str, location: &Location) -> String {
 }
 
 /// How a program ended.
-pub(super) fn ended(program: &str, status: ExitStatus) -> String {
+pub(crate) fn ended(program: &str, status: ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
         return format!("{program} was killed by signal {signal}");

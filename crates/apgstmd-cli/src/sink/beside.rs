@@ -1,0 +1,62 @@
+//! A file that is valid only as a whole: it grows beside its place and is moved there at the end.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use crate::Outcome;
+use crate::failure::Failure;
+
+/// Removed when dropped, unless it was moved.
+pub(super) struct Beside {
+    path: PathBuf,
+    part: PathBuf,
+}
+
+impl Beside {
+    /// Sees at once whether it will be possible to write.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn new(path: &Path) -> Outcome<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let part = path.with_file_name(name);
+        // The place is named as the user knows it.
+        File::create(&part).map_err(|error| Failure::write(path, error))?;
+        Ok(Self { path: path.to_owned(), part })
+    }
+
+    /// Where it will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where it grows.
+    pub fn part(&self) -> &Path {
+        &self.part
+    }
+
+    /// Writes all of it, and moves it.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn write(&self, text: &str) -> Outcome {
+        fs::write(&self.part, text).map_err(|error| Failure::write(&self.path, error))?;
+        self.place()
+    }
+
+    /// Moves it to its place.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn place(&self) -> Outcome {
+        fs::rename(&self.part, &self.path).map_err(|error| Failure::write(&self.path, error))
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        // Moved away, unless something failed.
+        let _ = fs::remove_file(&self.part);
+    }
+}
