@@ -11,7 +11,7 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg bench instructions compare scaling docs clean
+.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -23,7 +23,7 @@ demo: ## build the program and let it find targets in a scene it makes itself; r
 reproduce: ## the paper's experiments, all of them: figures, numbers and a page in reproduce-out/
 	@$(CARGO) run --release --quiet --package apgstmd-cli -- reproduce all --out reproduce-out --force
 
-test: ffmpeg lint ## format, lints, Rust tests, wheel, Python tests, type stubs, the paper's experiments in brief
+test: ffmpeg chromium lint ## format, lints, Rust tests, wheel, Python tests, type stubs, the paper's experiments in brief
 	@echo "== cargo test"
 	@$(CARGO) test --workspace --quiet
 	@$(MAKE) --no-print-directory wheel
@@ -59,6 +59,9 @@ venv:
 
 ffmpeg:
 	@tools/ffmpeg.sh
+
+chromium:
+	@tools/chromium.sh
 
 bench: ## criterion benchmarks of each stage and of whole frames
 	@$(CARGO) bench --package apgstmd-benches --bench model

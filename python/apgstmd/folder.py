@@ -22,6 +22,7 @@ _OPTIONS = (
     *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
     *("speeds", "sizes", "contrast"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
+    *("video", "video_response", "report"),
 )
 
 
@@ -79,6 +80,9 @@ def run(
     mot: str | os.PathLike[str] | None = None,
     coco: str | os.PathLike[str] | None = None,
     box_size: float | None = None,
+    video: str | os.PathLike[str] | None = None,
+    video_response: bool = False,
+    report: str | os.PathLike[str] | None = None,
     progress: bool = False,
     **parameters: Unpack[Parameters],
 ) -> Run:
@@ -108,6 +112,9 @@ def run(
     mot, coco : files to write the tracks to, as MOTChallenge text (frames, ids and pixels count from 1) and as COCO JSON.
     box_size : side in px of the box that stands for a point in these; by default the size of target that the parameters
         prefer.
+    video : file (.mp4, .mov, .mkv) for a video with every frame annotated, through the program ffmpeg; video_response : with
+        the response map beside it.
+    report : file (.html) for a page to look at what was found.
     progress : show a progress bar on a terminal and a summary.
 
     Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
@@ -144,8 +151,11 @@ def run(
         "mot": None if mot is None else os.fspath(mot),
         "coco": None if coco is None else os.fspath(coco),
         "box-size": box_size,
+        "video": None if video is None else os.fspath(video),
+        "report": None if report is None else os.fspath(report),
     }
     switches = {"force": force, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
+    switches["video-response"] = video_response
     flags = [name for name, wanted in switches.items() if wanted]
     with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
         if isinstance(input, Scene):

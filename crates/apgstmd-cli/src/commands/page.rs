@@ -71,26 +71,26 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
         ),
         fact(
             format!("{share:.0} %"),
-            "of the frames have detections",
+            "frames with detections",
             format!("{} of {}", found.frames_with_detections, report.frames),
         ),
         fact(
-            format!("{:.0}", report.frames as f64 / seconds.max(1e-9)),
-            "frames a second computed",
-            format!("{} in {seconds:.1} s", report.frames),
+            format!("{} frames/s", rate(report.frames as f64 / seconds.max(1e-9))),
+            "computed at",
+            format!("{} in {seconds:.1} s", count(report.frames, "frame")),
         ),
     ];
     if let Some((frame, shift)) = gathered.largest_shift() {
-        facts.push(fact(
-            format!("{shift:.1} px"),
-            "largest shift of the background",
-            format!("from the frame before to frame {frame}"),
-        ));
+        facts.push(fact(format!("{shift:.1} px"), "largest shift", format!("of the background, into frame {frame}")));
     }
     if let Some(live) = report.live {
         facts.push(fact(live.dropped.to_string(), "frames dropped", "live: always the newest".to_owned()));
     }
     facts
+}
+
+fn rate(rate: f64) -> String {
+    if rate < 10.0 { format!("{rate:.1}") } else { format!("{rate:.0}") }
 }
 
 fn milliseconds(seconds: f64) -> String {

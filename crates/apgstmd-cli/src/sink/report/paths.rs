@@ -148,13 +148,13 @@ mod tests {
     #[test]
     fn a_long_track_keeps_its_ends() {
         let mut paths = Paths::default();
-        for frame in 0..1_000_000 {
+        for frame in 0..300_000 {
             paths.add(&[point(0, frame)]);
         }
         assert!(paths.points <= MOST);
         let record = &paths.records()[0];
-        assert_eq!((record.frame[0], record.frame.last(), record.count), (0, Some(&999_999), 1_000_000));
-        assert_eq!((record.speed, record.times), (1.0, Some((0.0, 99_999.9))));
+        assert_eq!((record.frame[0], record.frame.last(), record.count), (0, Some(&299_999), 300_000));
+        assert_eq!((record.speed, record.times), (1.0, Some((0.0, 29_999.9))));
         assert!(record.frame.windows(2).all(|pair| pair[0] < pair[1]));
     }
 
