@@ -100,7 +100,16 @@ fn enlarge(picture: &RgbImage, scale: f32) -> RgbImage {
 /// Each pixel as a square of `times` x `times`.
 pub(in crate::sink) fn repeat(picture: &RgbImage, times: u32) -> RgbImage {
     let (width, height) = (times * picture.width(), times * picture.height());
-    RgbImage::from_fn(width, height, |x, y| *picture.get_pixel(x / times, y / times))
+    let mut samples = Vec::with_capacity(3 * width as usize * height as usize);
+    for row in picture.as_raw().chunks_exact(3 * picture.width() as usize) {
+        let start = samples.len();
+        for pixel in row.chunks_exact(3) {
+            (0..times).for_each(|_| samples.extend_from_slice(pixel));
+        }
+        let end = samples.len();
+        (1..times).for_each(|_| samples.extend_from_within(start..end));
+    }
+    RgbImage::from_raw(width, height, samples).expect("as many samples as pixels ask for")
 }
 
 impl Pen<'_> {

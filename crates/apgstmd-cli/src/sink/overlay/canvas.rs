@@ -39,7 +39,11 @@ impl Canvas {
     }
 
     pub fn rgb(&self) -> Vec<u8> {
-        self.pixmap.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect()
+        let pixels = self.pixmap.data().chunks_exact(4);
+        let mut samples = Vec::with_capacity(3 * pixels.len());
+        // Opaque: premultiplied is plain.
+        pixels.for_each(|pixel| samples.extend_from_slice(&pixel[..3]));
+        samples
     }
 
     /// Copies a picture; what lies outside is left away.
@@ -50,9 +54,9 @@ impl Canvas {
         let pixels = self.pixmap.pixels_mut();
         for y in 0..rows {
             let start = ((top + y) * width + left) as usize;
-            for (x, pixel) in pixels[start..start + columns].iter_mut().enumerate() {
-                let [r, g, b] = picture.get_pixel(x as u32, y).0;
-                *pixel = opaque(r, g, b);
+            let row = picture.as_raw()[(3 * y * picture.width()) as usize..].chunks_exact(3);
+            for (pixel, sample) in pixels[start..start + columns].iter_mut().zip(row) {
+                *pixel = opaque(sample[0], sample[1], sample[2]);
             }
         }
     }
