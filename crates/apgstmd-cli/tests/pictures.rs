@@ -327,7 +327,7 @@ fn warnings_are_told() {
     let (parent, out) = results();
     let page = parent.path().join("found.html");
     let ran = apgstmd_with(frames.path(), &out, &["--report", page.to_str().unwrap()]).ok();
-    let warning = "20 of 40 frames are identical to the one before (51 %)";
+    let warning = "20 of 40 frames are identical to the one before (50 %)";
     assert!(ran.stderr.contains(&format!("warning: {warning}")) && ran.stderr.contains("--step 2"), "{}", ran.stderr);
     let record = json(&out.join("run.json"));
     assert_eq!(record["warnings"][0]["about"], "duplicates");

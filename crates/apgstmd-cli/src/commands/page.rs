@@ -36,7 +36,7 @@ pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report
         title: settings.source.shown(),
         subtitle: format!("{} of {} x {} px{told}", count(report.frames, "frame"), size.width, size.height),
         facts: facts(gathered, report),
-        warnings: warnings.to_vec(),
+        warnings: warnings.iter().map(sentence).collect(),
         notes,
         stages: stages(&report.stages, report.frames),
         stages_note: stages_note(settings),
@@ -87,6 +87,13 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
         facts.push(fact(live.dropped.to_string(), "frames dropped", "live: always the newest".to_owned()));
     }
     facts
+}
+
+/// As a sentence of its own.
+fn sentence(warning: &Warning) -> Warning {
+    let mut letters = warning.advice.chars();
+    let advice = letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect());
+    Warning { advice, ..warning.clone() }
 }
 
 fn rate(rate: f64) -> String {

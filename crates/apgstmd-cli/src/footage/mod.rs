@@ -3,12 +3,14 @@
 
 mod comb;
 mod levels;
+mod repeats;
 mod speeds;
 
 use serde::Serialize;
 
 use self::comb::Comb;
 use self::levels::Levels;
+use self::repeats::Repeats;
 use self::speeds::Speeds;
 pub use self::speeds::Tuned;
 use crate::sink::Seen;
@@ -32,16 +34,13 @@ impl Warning {
     }
 }
 
-/// Frames that are the same as the one before, from this share on.
-const DUPLICATES: f64 = 0.05;
 /// Fewer frames than this tell nothing.
 const FEWEST: usize = 3;
 
 /// What has been seen so far.
 pub struct Footage {
     before: Option<Picture>,
-    pairs: usize,
-    identical: usize,
+    repeats: Repeats,
     levels: Levels,
     comb: Comb,
     speeds: Speeds,
@@ -50,16 +49,15 @@ pub struct Footage {
 impl Footage {
     /// Before the first frame.
     pub fn new(tuned: Tuned) -> Self {
-        let (levels, comb, speeds) = (Levels::default(), Comb::default(), Speeds::new(tuned));
-        Self { before: None, pairs: 0, identical: 0, levels, comb, speeds }
+        let (repeats, levels, comb) = (Repeats::default(), Levels::default(), Comb::default());
+        Self { before: None, repeats, levels, comb, speeds: Speeds::new(tuned) }
     }
 
     /// Takes the next frame.
     pub fn take(&mut self, seen: Seen) {
         self.speeds.add(&seen);
         let same = self.before.as_ref().is_some_and(|before| *before == seen.picture);
-        self.pairs += usize::from(self.before.is_some());
-        self.identical += usize::from(same);
+        self.repeats.add(same);
         if !same {
             let sample = levels::Sample::of(&seen.picture);
             self.levels.add(&sample);
@@ -70,24 +68,7 @@ impl Footage {
 
     /// What there is to say.
     pub fn warnings(&self) -> Vec<Warning> {
-        let duplicates = || {
-            let share = self.identical as f64 / self.pairs.max(1) as f64;
-            (self.identical >= FEWEST && share >= DUPLICATES).then(|| {
-                let text = format!(
-                    "{} of {} frames are identical to the one before ({:.0} %): video of a lower rate stored at a \
-                     higher one, or a camera that hangs",
-                    self.identical,
-                    self.pairs + 1,
-                    100.0 * share
-                );
-                let advice = match (1.0 / (1.0 - share)).round() {
-                    step if step >= 2.0 => format!("use each frame once, with --step {step}: motion is then even"),
-                    _ => "let the video be converted back to its true rate (ffmpeg -vf mpdecimate)".to_owned(),
-                };
-                Warning::new("duplicates", text, advice)
-            })
-        };
-        let found = [duplicates(), self.comb.warning(), self.levels.warning(), self.speeds.warning()];
+        let found = [self.repeats.warning(), self.comb.warning(), self.levels.warning(), self.speeds.warning()];
         found.into_iter().flatten().collect()
     }
 }
@@ -137,6 +118,17 @@ mod tests {
         let warnings = footage.warnings();
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert!(warnings[0].text.starts_with("10 of 20") && warnings[0].advice.contains("--step 2"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_camera_that_hangs() {
+        let mut footage = Footage::new(Tuned { slowest: 1.0, fastest: 1.0 });
+        for t in 0..60usize {
+            footage.take(Seen::bare(t, frame(|_| t.min(30) as f64)));
+        }
+        let warnings = footage.warnings();
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert!(warnings[0].text.starts_with("29 of 60") && warnings[0].about == "still", "{warnings:?}");
     }
 
     #[test]

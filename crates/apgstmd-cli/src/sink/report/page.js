@@ -162,16 +162,16 @@
     image.alt = `Frame ${thumbnails.frame[at]} of ${data.title}`;
     draw(seen, frame);
     list(seen.spots);
-    magnify(off === 0 ? thumbnails.piece[at] : null);
+    magnify(thumbnails.piece[at], off === 0);
     slider.value = String(index);
     slider.setAttribute("aria-valuetext", `frame ${frame}${when(index) && `, ${when(index)}`}, ${plural(targets, "target")}`);
     $("cursor").style.left = `${100 * share(frame)}%`;
   };
-  const magnify = (piece) => {
+  const magnify = (piece, here) => {
     const shown = $("magnified");
-    shown.hidden = !piece;
-    if (piece) shown.src = piece.image;
-    $("piece-caption").textContent = piece ? `Strongest, ${piece.side} px wide` : "No picture of this very frame";
+    shown.hidden = !piece || !here;
+    if (!shown.hidden) shown.src = piece.image;
+    $("piece-caption").textContent = !here ? "No picture of this very frame" : piece ? `Strongest, ${piece.side} px wide` : "Nothing found";
   };
 
   // Charts.
