@@ -80,8 +80,20 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
             format!("{} in {seconds:.1} s", count(report.frames, "frame")),
         ),
     ];
+    let background = &report.background;
     if let Some((frame, shift)) = gathered.largest_shift() {
-        facts.push(fact(format!("{shift:.1} px"), "largest shift", format!("of the background, into frame {frame}")));
+        let degrees = background.largest_rotation.to_degrees();
+        let turned = if degrees >= 0.01 { format!("; turned by up to {degrees:.2} deg") } else { String::new() };
+        let zoom = 100.0 * background.largest_zoom;
+        let zoomed = if zoom >= 0.01 { format!("; zoomed by up to {zoom:.2} %") } else { String::new() };
+        facts.push(fact(
+            format!("{shift:.1} px"),
+            "largest camera motion",
+            format!("a frame, into frame {frame}{turned}{zoomed}"),
+        ));
+    }
+    if let Some(first) = background.cuts.first() {
+        facts.push(fact(background.cuts.len().to_string(), "cuts", format!("the first before frame {first}")));
     }
     if let Some(live) = report.live {
         facts.push(fact(live.dropped.to_string(), "frames dropped", "live: always the newest".to_owned()));

@@ -213,7 +213,7 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
                 "in {} the picture does not tell how the camera moved, and is taken to stand still",
                 count(report.background.unexplained, "frame")
             ),
-            "tracks and scores there may be those of the background",
+            "what is found there may belong to the background",
         ));
     }
     if let Some(first) = report.skipped.first() {

@@ -17,7 +17,6 @@ struct Bin {
     detections: usize,
     tracked: usize,
     best: f32,
-    shift: f32,
 }
 
 impl Bin {
@@ -29,7 +28,6 @@ impl Bin {
             detections: self.detections + other.detections,
             tracked: self.tracked + other.tracked,
             best: self.best.max(other.best),
-            shift: self.shift.max(other.shift),
         }
     }
 }
@@ -54,8 +52,6 @@ pub(super) struct Columns {
     tracked: Vec<f64>,
     /// Strongest score.
     best: Vec<f64>,
-    /// Largest shift of the background, px/frame.
-    shift: Vec<f64>,
 }
 
 impl Bins {
@@ -71,7 +67,6 @@ impl Bins {
             detections: seen.detections.len(),
             tracked: 0,
             best: seen.detections.iter().map(|found| found.score).fold(0.0, f32::max),
-            shift: seen.background_shift.0.hypot(seen.background_shift.1),
         };
         match self.bins.last_mut() {
             Some(last) if last.frames < self.width => *last = last.join(bin),
@@ -108,7 +103,6 @@ impl Bins {
             detections: each(|bin| rounded(bin.detections as f64 / bin.frames as f64, 2)),
             tracked: each(|bin| rounded(bin.tracked as f64 / bin.frames as f64, 2)),
             best: each(|bin| significant(f64::from(bin.best))),
-            shift: each(|bin| rounded(f64::from(bin.shift), 2)),
         }
     }
 }
