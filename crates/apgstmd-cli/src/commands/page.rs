@@ -36,7 +36,7 @@ pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report
         title: settings.source.shown(),
         subtitle: format!("{} of {} x {} px{told}", count(report.frames, "frame"), size.width, size.height),
         facts: facts(gathered, report),
-        warnings: warnings.iter().map(sentence).collect(),
+        warnings: warnings.iter().map(sentences).collect(),
         notes,
         stages: stages(&report.stages, report.frames),
         stages_note: stages_note(settings),
@@ -101,11 +101,13 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
     facts
 }
 
-/// As a sentence of its own.
-fn sentence(warning: &Warning) -> Warning {
-    let mut letters = warning.advice.chars();
-    let advice = letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect());
-    Warning { advice, ..warning.clone() }
+/// As sentences of their own.
+fn sentences(warning: &Warning) -> Warning {
+    let sentence = |text: &str| {
+        let mut letters = text.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    };
+    Warning { about: warning.about, text: sentence(&warning.text), advice: sentence(&warning.advice) }
 }
 
 fn rate(rate: f64) -> String {
