@@ -11,7 +11,7 @@ test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare scaling docs clean
+.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -78,6 +78,9 @@ compare: wheel ## the same clip through apgstmd, NumPy + OpenCV, and OpenCV's ba
 	@$(COMPARE) -m pytest --quiet --config-file=/dev/null --rootdir=benches/compare -p no:cacheprovider benches/compare
 	@echo "== timing"
 	@$(COMPARE) benches/compare/compare.py $(COMPARE_FLAGS)
+
+matrix: ## what the bank finds of every speed, size, contrast, ground and camera; CSV and tables in target/matrix/
+	@$(CARGO) run --release --quiet --package apgstmd-benches --bin matrix -- target/matrix
 
 scaling: ## how time grows with threads, pixels, active tiles, instruction sets; CSV and SVG in target/scaling/
 	@$(CARGO) run --release --quiet --package apgstmd-cli -- bench --scaling target/scaling $(SCALING_FLAGS)

@@ -1,5 +1,7 @@
 //! Scenes and detectors that the benchmarks share.
 
+pub mod matrix;
+
 use apgstmd_core::stimulus::{Renderer, Scene};
 use apgstmd_core::{Detector, Machine, Params, Preset, Response, Size};
 use ndarray::Array2;

@@ -5,6 +5,7 @@
     out.detections                                            # x, y, score, direction, trace as NumPy columns
     bank = apgstmd.Bank((height, width))                      # for targets of unknown speed and size
     apgstmd.run("frames/")                                    # a whole folder, like the command line; .tracks has tracks
+    apgstmd.tune("empty.mp4", "quiet.toml")                   # a threshold by a clip without targets
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
     apgstmd.reproduce(quick=True)                             # the paper's experiments, computed and judged
@@ -23,7 +24,7 @@ from ._core import MODELS, STAGES, __version__
 from .bank import Bank
 from .detector import Detector
 from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
-from .folder import Run, run
+from .folder import Run, run, tune
 from .options import Parameter, parameters, params
 from .reproduction import Check, Reproduction, reproduce
 from .results import (
@@ -79,6 +80,7 @@ __all__ = [
     "rerun",
     "run",
     "synth",
+    "tune",
 ]
 
 

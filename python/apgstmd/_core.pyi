@@ -30,13 +30,16 @@ class Bank:
         height: int,
         width: int,
         params: str,
+        file: str | None,
         speeds: Sequence[float] | None,
         sizes: Sequence[float] | None,
         contrast: float | None,
         threads: int | None,
         bit_depth: int | None,
     ) -> Bank:
-        """`params` is what the members have in common (TOML). ValueError: a size, parameter, count or depth out of range."""
+        """`params` is what the members have in common (TOML), `file` a parameter file whose section `[bank]` names members.
+
+        ValueError: a size, parameter, count or depth out of range."""
 
     @property
     def params(self) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .detector import _check_size
-from .options import Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .options import Model, ParamFile, Parameters, Preset, Rejection, _read, resolve, whole
 from .results import BankDetections, EgoMotion, Output
 
 
@@ -26,7 +26,8 @@ class Bank:
     contrast : least contrast of a detection, 0 to 1, 0.01 by default.
     threads : 1 to 256, all cores by default: members run beside each other. The numbers do not depend on it.
     bit_depth : significant bits of integer frames, 1 to 16, when they are fewer than the type holds (10, 12, 14).
-    model, preset, rejection, threshold, params, **parameters : what the members have in common, as in `Detector`.
+    model, preset, rejection, threshold, params, **parameters : what the members have in common, as in `Detector`. A
+        parameter file that `tune` wrote also names the members, and `detection_least_score`, below which nothing is listed.
 
     Raises what `Detector` raises. `process` returns the `contrast` of the response as its map, and `BankDetections`, of
     which scores lie between 0 and 1 and compare between clips.
@@ -69,6 +70,7 @@ class Bank:
         self._core = _core.Bank(
             *self._shape,
             text,
+            _read(params)[0],
             None if speeds is None else [float(speed) for speed in speeds],
             None if sizes is None else [float(size) for size in sizes],
             contrast,

@@ -20,7 +20,7 @@ from .scene import Scene
 
 _OPTIONS = (
     *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
-    *("speeds", "sizes", "contrast"),
+    *("speeds", "sizes", "contrast", "false_alarms"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
     *("video", "video_response", "report"),
 )
@@ -58,6 +58,7 @@ def run(
     speeds: Sequence[float] = (),
     sizes: Sequence[float] = (),
     contrast: float | None = None,
+    false_alarms: float | Literal["off"] | None = None,
     rejection: Rejection | None = None,
     localise: Localise | None = None,
     threshold: float | None = None,
@@ -97,6 +98,8 @@ def run(
     speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
     speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
     contrast : the least of the bank's detections, 0 to 1, 0.01 by default.
+    false_alarms : list so many a frame, 0.001 to 10: the least score is set by the clip itself, as it passes; "off" lists all
+        that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
     model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
     fps : frames a second of pictures, or in place of the wrong rate of a video.
@@ -136,6 +139,7 @@ def run(
         "speeds": ",".join(map(repr, map(float, speeds))) or None,
         "sizes": ",".join(map(repr, map(float, sizes))) or None,
         "contrast": contrast,
+        "false-alarms": false_alarms,
         "start": _place("start", start, 0),
         "stop": _place("stop", stop, 0),
         "step": _place("step", step, 1),
@@ -178,6 +182,60 @@ def run(
         detections = _read_table(Path(results, "detections.csv"))
         found = _read_tracks(Path(results, "tracks.csv") if tracks else None)
     return Run(detections, found, summary["frames"], None if out is None else results, summary)
+
+
+def tune(
+    input: str | os.PathLike[str] | Scene,
+    out: str | os.PathLike[str],
+    *,
+    false_alarms: float = 0.1,
+    speed: float | str | None = None,
+    speeds: Sequence[float] = (),
+    sizes: Sequence[float] = (),
+    contrast: float | None = None,
+    model: Model | None = None,
+    preset: Preset | None = None,
+    rejection: Rejection | None = None,
+    localise: Localise | None = None,
+    threshold: float | None = None,
+    params: str | os.PathLike[str] | None = None,
+    start: int | str | None = None,
+    stop: int | str | None = None,
+    step: int | str | None = None,
+    threads: int | None = None,
+    force: bool = False,
+) -> str:
+    """Finds the score that so many false alarms a frame have in a clip without targets, as `apgstmd tune` does.
+
+    Writes the parameter file `out`, which `run(..., params=out)` and `Bank(..., params=out)` take, and returns its text. Its
+    first lines say how well the score is known. RuntimeError where the clip is too short: three false alarms must be
+    expected in it. The other arguments are those of `run`; `params` is the path of a file.
+    """
+    options: dict[str, object] = {
+        "out": os.fspath(out),
+        "false-alarms": float(false_alarms),
+        "speed": speed,
+        "speeds": ",".join(map(repr, map(float, speeds))) or None,
+        "sizes": ",".join(map(repr, map(float, sizes))) or None,
+        "contrast": contrast,
+        "model": model,
+        "preset": preset,
+        "rejection": rejection,
+        "localise": localise,
+        "threshold": threshold,
+        "params": None if params is None else os.fspath(params),
+        "start": _place("start", start, 0),
+        "stop": _place("stop", stop, 0),
+        "step": _place("step", step, 1),
+        "threads": whole("threads", threads, 1, 256),
+    }
+    given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
+        path = str(Path(scratch, "scene.toml")) if isinstance(input, Scene) else os.fspath(input)
+        if isinstance(input, Scene):
+            Path(path).write_text(input.toml, encoding="utf-8")
+        _core.run(["apgstmd", "tune", *given, "--quiet", *(["--force"] if force else []), "--", path])
+    return Path(out).read_text(encoding="utf-8")
 
 
 def _place(name: str, place: int | str | None, least: int) -> int | str | None:

@@ -85,6 +85,7 @@ class Parameters(TypedDict, total=False):
     prediction_kappa: float
     prediction_negligible: float
     detection_threshold: float
+    detection_least_score: float
     detection_max_peaks: int
     detection_peak_radius: int
     detection_localise: Localise

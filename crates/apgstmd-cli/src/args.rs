@@ -1,15 +1,17 @@
 //! The command line as typed. What the flags mean together is decided in [`crate::settings`].
 
 mod bench;
+mod tune;
 
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
-use apgstmd_core::SimdLevel;
+use apgstmd_core::{FalseAlarms, SimdLevel};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use bench::BenchArgs;
+pub use tune::TuneArgs;
 
 use crate::source::{Place, RawFormat};
 
@@ -39,6 +41,7 @@ Examples:
   apgstmd run sky.mp4 --out found                  targets of unknown speed and size in a video
   apgstmd run frames/ --speed 1 --start 100        those that move about 1 pixel a frame
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
+  apgstmd tune empty.mp4 --out quiet.toml          0.1 false alarms a frame, by a clip without targets
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
   apgstmd eval found scene --html report.html      detections judged against the truth
@@ -68,6 +71,8 @@ Exit codes: 0 done, 1 failed, 2 wrong arguments or parameters, 130 interrupted (
 pub enum Command {
     /// Detect targets in pictures, a video, a camera, a stream or a scene.
     Run(Box<RunArgs>),
+    /// Find the score that so many false alarms a frame have in a clip without targets; write it into a parameter file.
+    Tune(Box<TuneArgs>),
     /// Make a scene, detect its targets, compare with the truth.
     Demo(DemoArgs),
     /// Print the full parameter file, every value with its meaning and range.
@@ -180,6 +185,33 @@ impl FromStr for Speed {
     }
 }
 
+/// How many false alarms are listed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FalseAlarmsArg {
+    /// So many a frame.
+    Rate(f64),
+    /// All that the model finds.
+    Off,
+}
+
+impl FromStr for FalseAlarmsArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "off" {
+            return Ok(Self::Off);
+        }
+        match text.parse() {
+            Ok(rate) if (FalseAlarms::LOWEST..=FalseAlarms::HIGHEST).contains(&rate) => Ok(Self::Rate(rate)),
+            _ => Err(format!(
+                "expected false alarms a frame between {} and {}, such as 0.1, or off",
+                FalseAlarms::LOWEST,
+                FalseAlarms::HIGHEST
+            )),
+        }
+    }
+}
+
 /// Flags that choose parameters. They apply in this order: model and preset or file, then speed, then single values.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Model")]
@@ -238,6 +270,11 @@ pub struct RunArgs {
     /// [default: 0.01]
     #[arg(long, value_name = "C", allow_negative_numbers = true, help_heading = "Bank")]
     pub contrast: Option<f32>,
+
+    /// List so many false alarms a frame: the least score is set by the clip itself, targets left aside, as it passes.
+    /// `apgstmd tune` sets it by a clip without targets instead [default: 2 of a bank, off of a single detector]
+    #[arg(long, value_name = "RATE|off", allow_negative_numbers = true, help_heading = "Threshold")]
+    pub false_alarms: Option<FalseAlarmsArg>,
 
     /// First frame to use, counted from 0; or the first from this time on, as in the column time_s: 2.5s
     #[arg(long, value_name = "N|SECONDS", default_value = "0", help_heading = "Input")]

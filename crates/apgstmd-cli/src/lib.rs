@@ -65,6 +65,7 @@ where
 fn execute(arguments: Arguments) -> Outcome {
     match arguments.command {
         Command::Run(args) => commands::run::main(args),
+        Command::Tune(args) => commands::tune::main(&args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),
         Command::Synth(args) => commands::synth::main(args),

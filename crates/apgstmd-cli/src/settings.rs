@@ -12,7 +12,9 @@ use apgstmd_core::{BankParams, MOST_THREADS, Machine, MissingStage, Model, Param
 
 pub use self::pictures::PictureSettings;
 use crate::Outcome;
-use crate::args::{Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch};
+use crate::args::{
+    FalseAlarmsArg, Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch,
+};
 use crate::failure::{Failure, reason, without_snippet};
 use crate::sink::results::{SINGLE_FILES, TRACKS};
 use crate::source::{Input, InputFlags, Place, Selection, Span};
@@ -20,6 +22,9 @@ use crate::source::{Input, InputFlags, Place, Selection, Span};
 /// Frames a second that something can have: one a day to a million.
 const MIN_FPS: f64 = 1e-5;
 const MAX_FPS: f64 = 1e6;
+/// False alarms a frame that a bank lists where nothing is said: few enough to look at, and enough for whoever wants to
+/// choose a threshold later, up to 1 a frame, though the estimate may be out by half.
+const USUAL_FALSE_ALARMS: Option<f64> = Some(2.0);
 /// Largest target that can be asked for, px.
 const LARGEST_TARGET: f64 = 60.0;
 
@@ -39,6 +44,8 @@ pub struct RunSettings {
     pub params: Params,
     /// The members, where it is a bank of them.
     pub bank: Option<BankParams>,
+    /// False alarms a frame that are listed, by the clip itself; all that is found without it.
+    pub false_alarms: Option<f64>,
     /// Speed that `params` were scaled to, px/frame, for run.json.
     pub speed: Option<f64>,
     /// Threads and instruction set of the model.
@@ -212,6 +219,12 @@ impl RunSettings {
             params = resolve_params(&model)?;
         }
         let bank = resolve_bank(&args, &model)?;
+        let false_alarms = match args.false_alarms {
+            Some(FalseAlarmsArg::Rate(rate)) => Some(rate),
+            Some(FalseAlarmsArg::Off) => None,
+            // A parameter file that names a score means that one.
+            None => bank.as_ref().filter(|bank| bank.base.detection.least_score == 0.0).and(USUAL_FALSE_ALARMS),
+        };
         let mut formats = args.format.clone();
         let mut seen = HashSet::new();
         formats.retain(|format| seen.insert(*format as u8));
@@ -248,6 +261,7 @@ impl RunSettings {
             bit_depth: args.bit_depth,
             params,
             bank,
+            false_alarms,
             speed: match model.speed {
                 Some(Speed::PerFrame(speed)) => Some(speed),
                 _ => None,
@@ -271,12 +285,13 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
     let flags = [("--speeds", !args.speeds.is_empty()), ("--sizes", !args.sizes.is_empty())];
     let asked = flags.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let auto = args.model.speed == Some(Speed::Auto);
-    let ModelArgs { model: named, preset, params: file, rejection, localise, threshold, .. } = model;
+    let ModelArgs { model: named, preset, rejection, localise, threshold, .. } = model;
+    let file = bank_file(model)?;
     // One particular model is meant: as it stands.
     let particular = args.model.speed.is_some()
         || named.is_some_and(|model| model != ModelArg::ApgStmd)
         || *preset == Some(PresetArg::Paper)
-        || file.is_some()
+        || model.params.is_some() && file.is_none()
         || rejection.is_some()
         || localise.is_some()
         || threshold.is_some()
@@ -310,7 +325,10 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
     let given = |list: &[f64]| !list.is_empty();
     let (speeds, sizes) =
         (Some(&speed[..]).filter(|list| given(list)), Some(&args.sizes[..]).filter(|list| given(list)));
-    let mut bank = BankParams::choose(base, speeds, sizes);
+    let mut bank = match file {
+        Some(file) if speeds.is_none() && sizes.is_none() => BankParams { base, ..file },
+        _ => BankParams::choose(base, speeds, sizes),
+    };
     if let Some(contrast) = args.contrast {
         if !(0.0..=1.0).contains(&contrast) {
             return Err(Failure::usage(format_args!("--contrast is {contrast}, but it must be between 0 and 1")));
@@ -319,6 +337,23 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
     }
     bank.validate().map_err(Failure::usage)?;
     Ok(Some(bank))
+}
+
+/// The bank that the parameter file describes, where it does.
+fn bank_file(model: &ModelArgs) -> Outcome<Option<BankParams>> {
+    let Some(path) = &model.params else { return Ok(None) };
+    BankParams::from_toml(&read_params(path)?).map_err(|error| wrong_params(path, &error))
+}
+
+fn read_params(path: &Path) -> Outcome<String> {
+    fs::read_to_string(path).map_err(|error| {
+        Failure::usage(format_args!("cannot read the parameters {}: {}", path.display(), reason(&error)))
+    })
+}
+
+fn wrong_params(path: &Path, error: &ParamError) -> Failure {
+    Failure::usage(format_args!("{}: {}", path.display(), without_snippet(error)))
+        .hint("`apgstmd params` prints a complete parameter file")
 }
 
 /// Seconds from one used frame to the next.
@@ -343,13 +378,11 @@ pub fn seconds_between(source: &Input, span: Span) -> Outcome<f64> {
 pub fn resolve_params(args: &ModelArgs) -> Outcome<Params> {
     let mut params = match &args.params {
         Some(path) => {
-            let text = fs::read_to_string(path).map_err(|error| {
-                Failure::usage(format_args!("cannot read the parameters {}: {}", path.display(), reason(&error)))
-            })?;
-            Params::from_toml(&text).map_err(|error| {
-                Failure::usage(format_args!("{}: {}", path.display(), without_snippet(&error)))
-                    .hint("`apgstmd params` prints a complete parameter file")
-            })?
+            let text = read_params(path)?;
+            match BankParams::from_toml(&text).map_err(|error| wrong_params(path, &error))? {
+                Some(bank) => bank.base,
+                None => Params::from_toml(&text).map_err(|error| wrong_params(path, &error))?,
+            }
         }
         None => {
             let model = args.model.map_or(Model::ApgStmd, |model| match model {

@@ -202,6 +202,8 @@ impl Detector {
                 found.move_ahead(self.lag);
                 (found.speed, found.size) = self.tuning;
             }
+            let least = self.params.detection.least_score as f32;
+            response.detections.retain(|found| found.score >= least);
         }
     }
 

@@ -16,6 +16,7 @@
 //! Start at [`Detector`]; [`Params`] holds every constant, [`Probe`] shows every inner map.
 #![deny(missing_docs)]
 
+pub mod alarms;
 mod assignment;
 mod bank;
 mod detection;
@@ -38,6 +39,7 @@ mod tiles;
 mod timing;
 pub mod tracking;
 
+pub use alarms::FalseAlarms;
 pub use bank::{Bank, BankParams, Member, SCALES};
 pub use detection::{Detection, EgoMotion, Response};
 pub use detector::{Detector, LEAST_SIDE, MOST_PIXELS, MOST_THREADS};

@@ -43,6 +43,7 @@ impl Bank {
         height: usize,
         width: usize,
         params: &str,
+        file: Option<&str>,
         speeds: Option<Vec<f64>>,
         sizes: Option<Vec<f64>>,
         contrast: Option<f32>,
@@ -53,7 +54,11 @@ impl Bank {
             return Err(Error::Value(format!("bit_depth is {bits}, but it must lie between 1 and 16")).into());
         }
         let base = Params::from_toml(params).map_err(Error::from)?;
-        let mut bank = BankParams::choose(base, speeds.as_deref(), sizes.as_deref());
+        let file = file.map(BankParams::from_toml).transpose().map_err(Error::from)?.flatten();
+        let mut bank = match file {
+            Some(file) if speeds.is_none() && sizes.is_none() => BankParams { base, ..file },
+            _ => BankParams::choose(base, speeds.as_deref(), sizes.as_deref()),
+        };
         if let Some(contrast) = contrast {
             bank.contrast = contrast;
         }

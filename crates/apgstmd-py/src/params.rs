@@ -1,6 +1,6 @@
 //! Parameters by name: Python values in, the full parameter file out.
 
-use apgstmd_core::{Model, Params, Preset};
+use apgstmd_core::{BankParams, Model, Params, Preset};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use toml::{Table, Value};
@@ -30,7 +30,10 @@ pub fn resolve(
     overrides: &Bound<'_, PyDict>,
 ) -> PyResult<String> {
     let mut params = match (file, table) {
-        (Some(text), _) => Params::from_toml(text).map_err(Error::from)?,
+        (Some(text), _) => match BankParams::from_toml(text).map_err(Error::from)? {
+            Some(bank) => bank.base,
+            None => Params::from_toml(text).map_err(Error::from)?,
+        },
         (None, Some(sections)) => Params::from_table(&to_table(sections)?).map_err(Error::from)?,
         (None, None) => {
             let model = model.map_or(Ok(Model::ApgStmd), str::parse).map_err(Error::from)?;

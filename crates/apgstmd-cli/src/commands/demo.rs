@@ -39,6 +39,7 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
     let options = Options {
         params: &params,
         bank: None,
+        false_alarms: None,
         machine,
         on_error: OnError::Stop,
         dump: None,
@@ -156,6 +157,7 @@ fn write_record(
         warnings: &report.warnings,
         seconds: report.wall.as_secs_f64(),
         speed: Some(speed),
+        threshold: None,
         bank: None,
         params,
         evaluation: Some(serde_json::to_value(verdict).map_err(Failure::failed)?),

@@ -9,6 +9,7 @@ mod pipeline;
 pub mod reproduce;
 pub mod run;
 pub mod synth;
+pub mod tune;
 mod verdict;
 
 use std::io::{self, Write};

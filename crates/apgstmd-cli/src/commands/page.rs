@@ -44,7 +44,7 @@ pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report
         work_note: format!("Work of a frame, median; side by side, and {} limits", limit(report)),
         members: members(settings),
         params,
-        score_marks: score_marks(settings),
+        score_marks: score_marks(settings, report),
         contrast_marks: contrast_marks(settings),
         rate,
     };
@@ -174,7 +174,7 @@ fn members(settings: &RunSettings) -> Vec<String> {
     bank.members.iter().map(|member| name(member.speed, member.scale)).collect()
 }
 
-fn score_marks(settings: &RunSettings) -> Vec<Mark> {
+fn score_marks(settings: &RunSettings, report: &Report) -> Vec<Mark> {
     let params = &settings.params;
     let mark = |value: f64, text: &str| (value > 0.0).then(|| Mark { value, text: text.to_owned() });
     let threshold = match settings.bank {
@@ -182,11 +182,15 @@ fn score_marks(settings: &RunSettings) -> Vec<Mark> {
         Some(_) => None,
         None => mark(params.detection.threshold, "--threshold, least response E of a detection (scores are Q)"),
     };
-    let birth = match &settings.bank {
-        Some(bank) => super::pipeline::birth_score(bank),
-        None => params.tracking.birth_score,
+    let own = |score: f32| (1e6 * f64::from(score)).round() / 1e6;
+    let by_clip = report.threshold.filter(|found| found.false_alarms.is_some());
+    let listed = by_clip.and_then(|found| mark(own(found.least_score), "--false-alarms, least score at the end"));
+    let birth = match (report.threshold.and_then(|found| found.birth_score), &settings.bank) {
+        (Some(score), _) => own(score),
+        (None, Some(bank)) => super::pipeline::birth_score(bank),
+        (None, None) => params.tracking.birth_score,
     };
-    [threshold, mark(birth, "least score that begins a track")].into_iter().flatten().collect()
+    [threshold, listed, mark(birth, "least score that begins a track")].into_iter().flatten().collect()
 }
 
 fn contrast_marks(settings: &RunSettings) -> Vec<Mark> {

@@ -38,6 +38,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     let options = Options {
         params: &settings.params,
         bank: settings.bank.as_ref(),
+        false_alarms: settings.false_alarms,
         machine: settings.machine.clone(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
@@ -157,6 +158,7 @@ fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], f
         warnings,
         seconds: report.wall.as_secs_f64(),
         speed: settings.speed,
+        threshold: report.threshold,
         bank: settings.bank.as_ref().map(BankRecord::of),
         params: &settings.params,
         evaluation: None,
@@ -239,6 +241,8 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
 
 /// Share of dropped frames from which on it matters.
 const MANY_DROPPED: f64 = 0.2;
+/// False alarms that must be expected in a clip for it to tell how frequent they are.
+pub(super) const LEAST_ALARMS: f64 = 3.0;
 
 /// On stderr: stdout is for data.
 fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
@@ -270,6 +274,15 @@ fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
             found.tracks.map_or(String::new(), |tracks| format!(", {}", count(tracks, "track")))
         ),
     ];
+    if let Some(rate) = settings.false_alarms {
+        let needed = (LEAST_ALARMS / rate).ceil() as usize;
+        if report.frames < needed {
+            lines.push(format!(
+                "warning: {} cannot show {rate} false alarms a frame, which takes {needed}: their score was extrapolated",
+                count(report.frames, "frame")
+            ));
+        }
+    }
     if let Some(live) = report.live {
         let share = 100.0 * live.dropped as f64 / (live.dropped + report.frames).max(1) as f64;
         lines.push(format!(
@@ -332,7 +345,7 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
 }
 
 /// `eprintln!` panics when stderr is closed; a summary is not worth that.
-fn eprint_line(line: &str) {
+pub(super) fn eprint_line(line: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stderr(), "{line}");
 }

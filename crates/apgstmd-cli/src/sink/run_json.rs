@@ -60,6 +60,9 @@ pub struct RunRecord<'a> {
     pub seconds: f64,
     /// Speed the parameters were scaled to by `--speed`, px/frame.
     pub speed: Option<f64>,
+    /// Scores asked of detections by the end of the run, where the clip itself set them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<Threshold>,
     /// The bank, where it was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bank: Option<BankRecord>,
@@ -68,6 +71,19 @@ pub struct RunRecord<'a> {
     /// What the demo's scene holds and how much of it was found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<serde_json::Value>,
+}
+
+/// Scores that so many false alarms a frame have, as known at the end of the run: over its last 1000 frames.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Threshold {
+    /// False alarms a frame, as asked for; null where none were left out.
+    pub false_alarms: Option<f64>,
+    /// How it was found.
+    pub from: &'static str,
+    /// Least score of a detection that is listed.
+    pub least_score: f32,
+    /// Least score of a detection that begins a track; null where the parameters say so, or there are no tracks.
+    pub birth_score: Option<f32>,
 }
 
 /// Detectors of several speeds and sizes.

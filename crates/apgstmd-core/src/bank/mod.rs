@@ -6,6 +6,7 @@
 //!
 //! State: that of the members, and what the spots of their traces looked like so far.
 
+mod file;
 mod member;
 mod merge;
 mod params;
@@ -194,6 +195,8 @@ impl Bank {
             });
         });
         merge.process(members, self.params.contrast, &mut response.detections);
+        let least = self.params.base.detection.least_score as f32;
+        response.detections.retain(|found| found.score >= least);
         // All members of a scale find the same; the finest is the most exact.
         let finest = members.iter().zip(&*seen).min_by_key(|(running, _)| running.member.scale);
         if let Some((running, seen)) = finest {

@@ -141,6 +141,8 @@ impl BankParams {
             other => other,
         })?;
         params.detection.localise = Localise::Response;
+        // That is one of the bank's own scores.
+        params.detection.least_score = 0.0;
         Ok(params)
     }
 }

@@ -304,6 +304,8 @@ stage_params! {
     DetectionParams in "detection" {
         /// Least response E at a peak.
         threshold: f64 = 0.0, Between(0.0, 1e6);
+        /// Least score of a detection: the response Q at its peak; behind a bank 0 to 1, as its scores are.
+        least_score: f64 = 0.0, Between(0.0, 1e12);
         /// Most peaks that are followed in one frame, strongest first.
         max_peaks: u32 = 100, Between(1, 10_000);
         /// A peak is the maximum of its (2 radius + 1) squared neighbourhood, px.

@@ -106,12 +106,23 @@ pub struct Observation<'a> {
     pub map: Option<ArrayView2<'a, f32>>,
     /// How far the response peaks behind a target, px: [`crate::Detector::lag`].
     pub lag: f32,
+    /// Least score of a detection that begins a track, where that is more than the parameter `tracking.birth_score`.
+    pub birth_score: f32,
 }
 
 impl<'a> Observation<'a> {
     /// Detections alone, before a still background.
     pub fn new(frame: usize, detections: &'a [Detection]) -> Self {
-        Self { frame, time: None, steps: 1, detections, background_shift: (0.0, 0.0), map: None, lag: 0.0 }
+        Self {
+            frame,
+            time: None,
+            steps: 1,
+            detections,
+            background_shift: (0.0, 0.0),
+            map: None,
+            lag: 0.0,
+            birth_score: 0.0,
+        }
     }
 
     /// Everything that a detector with this [`crate::Detector::lag`] reports.
@@ -229,9 +240,10 @@ impl Tracker {
     }
 
     fn give_birth(&mut self, seen: &Observation<'_>) {
+        let least = self.params.birth_score.max(seen.birth_score.into());
         let free = self.association.free();
         for detection in free.map(|index| &seen.detections[index]) {
-            if f64::from(detection.score) < self.params.birth_score {
+            if f64::from(detection.score) < least {
                 continue;
             }
             let mut track = self.spare.pop().unwrap_or_default();

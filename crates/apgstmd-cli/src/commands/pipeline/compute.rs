@@ -5,18 +5,22 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use apgstmd_core::tracking::Observation;
-use apgstmd_core::{Frame, Machine, ParamError, Response, Size, Timing, Tracker};
+use apgstmd_core::{
+    Detection, EgoMotion, FalseAlarms, Frame, Machine, ParamError, Response, Size, Stage, Timing, Tracker,
+};
 use indicatif::ProgressBar;
+use ndarray::{Array2, Array3};
 
 use super::Options;
 use super::ahead::{Read, ReadAhead, room};
 use super::engine::{Engine, tracked};
+use super::limit::Limit;
 use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::sink::Seen;
-use crate::sink::run_json::Skipped;
+use crate::sink::run_json::{Skipped, Threshold};
 use crate::source::{Arrival, Picture};
 
 /// A computed frame on its way to the sinks.
@@ -44,6 +48,8 @@ pub(super) struct Left {
     pub left_out: Vec<RangeInclusive<usize>>,
     /// What the stages of the model took, of all frames.
     pub stages: Timing,
+    /// The thresholds at the end.
+    pub threshold: Option<Threshold>,
 }
 
 impl Left {
@@ -79,8 +85,22 @@ impl From<Failure> for End {
     }
 }
 
+/// A frame with what was found in it.
+struct Found {
+    accepted: Accepted,
+    detections: Vec<Detection>,
+    /// Shift of the background, motion of the camera, whether the scene was cut.
+    camera: ((f32, f32), EgoMotion, bool),
+    maps: Vec<(Stage, Array3<f32>)>,
+    /// Where the sinks want it.
+    response: Option<Array2<f32>>,
+    compute: Duration,
+    copy: Duration,
+}
+
 struct Model {
     detector: Engine,
+    limit: Option<Limit>,
     /// As many as frames are computed together.
     responses: Vec<Response>,
     tracker: Option<Tracker>,
@@ -106,20 +126,27 @@ pub(super) struct Compute<'a> {
     bar: &'a ProgressBar,
     results: SyncSender<Computed>,
     model: Option<Model>,
+    /// Held back, and how many are to be.
+    held: Vec<Found>,
+    hold: usize,
     left: Left,
 }
 
 impl<'a> Compute<'a> {
     pub fn new(options: &'a Options<'a>, bar: &'a ProgressBar, results: SyncSender<Computed>) -> Self {
-        Self { options, bar, results, model: None, left: Left::default() }
+        Self { options, bar, results, model: None, held: Vec::new(), hold: 0, left: Left::default() }
     }
 
     /// Until the last frame, an error, Ctrl-C, or nobody takes the results.
     pub fn run(mut self, mut ahead: ReadAhead) -> (Left, Outcome) {
-        let outcome = match self.blocks(&mut ahead) {
+        let ended = self.blocks(&mut ahead);
+        // However it ended, what was found is written.
+        let released = if matches!(ended, Err(End::Gone)) { Ok(()) } else { self.release() };
+        let outcome = match ended.and(released) {
             Ok(()) | Err(End::Gone) => Ok(()),
             Err(End::Failed(failure)) => Err(failure),
         };
+        self.left.threshold = self.model.as_ref().and_then(|model| model.limit.as_ref()).and_then(Limit::record);
         self.left.dropped = ahead.dropped();
         (self.left, outcome)
     }
@@ -154,6 +181,7 @@ impl<'a> Compute<'a> {
             Ok(picture) => {
                 if self.model.is_none() {
                     self.model = Some(self.make(&picture, &origin)?);
+                    self.hold = self.to_hold(&picture);
                 }
                 block.push(Accepted { frame, name, origin, time, picture, decode: spent, came });
                 Ok(())
@@ -201,9 +229,23 @@ impl<'a> Compute<'a> {
             Some(bank) => Tracker::new(picture.size(), &tracked(bank)?),
         });
         let tracker = tracker.transpose().map_err(Failure::usage)?;
+        let options = self.options;
+        let follows = options.bank.is_some() || options.false_alarms.is_some();
+        let limit = follows.then(|| {
+            Limit::new(options.false_alarms, options.tracks && !options.fixed_births(), options.bank.is_some())
+        });
         // Made one by one: a copy has no room for detections.
         let responses = (0..most).map(|_| detector.make_response()).collect();
-        Ok(Model { responses, first: origin.to_owned(), detector, tracker, last: None })
+        Ok(Model { responses, first: origin.to_owned(), detector, limit, tracker, last: None })
+    }
+
+    /// How many frames wait until the thresholds are known: live none, and none whose inner maps are written.
+    fn to_hold(&self, picture: &Picture) -> usize {
+        let limited = self.model.as_ref().is_some_and(|model| model.limit.is_some());
+        match limited && !self.options.live && self.options.dump.is_none() {
+            true => (HELD_PIXELS / picture.size().area().max(1)).clamp(FalseAlarms::FIRST as usize, HELD),
+            false => 0,
+        }
     }
 
     fn process(&mut self, block: Vec<Accepted>) -> Result<(), End> {
@@ -227,22 +269,16 @@ impl<'a> Compute<'a> {
         Ok(())
     }
 
+    /// Sends a frame on, or holds it back until the thresholds are known.
     fn send(&mut self, accepted: Accepted, index: usize, compute: Duration) -> Result<(), End> {
-        let Some(Model { detector, responses, tracker, last, .. }) = &mut self.model else { return Ok(()) };
-        let Accepted { frame, name, time, picture, decode, came, .. } = accepted;
+        let Some(Model { detector, responses, limit, .. }) = &mut self.model else { return Ok(()) };
         let begin = Instant::now();
-        let mut tracks = Vec::new();
-        if let Some(tracker) = tracker {
-            // Frames that were dropped, skipped or could not be used have passed all the same.
-            let steps = last.map_or(1, |last| self.options.span.steps(last, (frame, time)));
-            let steps = u32::try_from(steps).unwrap_or(u32::MAX);
-            let observation = Observation { time, steps, ..Observation::of(frame, &responses[index], detector.lag()) };
-            tracker.process_into(&observation, &mut tracks);
+        if let Some(limit) = limit {
+            limit.add(&responses[index].detections);
         }
-        *last = Some((frame, time));
-        let compute = compute + begin.elapsed();
+        let limited = begin.elapsed();
         let begin = Instant::now();
-        let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(frame));
+        let wanted = self.options.dump.map_or(&[][..], |dump| dump.stages_of(accepted.frame));
         let probe = detector.probe();
         let copied = wanted.iter().zip(probe.iter().cycle());
         let copied = copied.map(|(&stage, probe)| Ok((stage, probe.stage(stage).map_err(Failure::failed)?)));
@@ -251,7 +287,57 @@ impl<'a> Compute<'a> {
         let response = self.options.response.then(|| found.map.clone());
         let copy = begin.elapsed();
         let detections = found.detections.clone();
-        let (background_shift, ego_motion, cut) = (found.background_shift, found.ego_motion, found.cut);
+        let camera = (found.background_shift, found.ego_motion, found.cut);
+        let found = Found { accepted, detections, camera, maps, response, compute: compute + limited, copy };
+        if self.held.len() < self.hold {
+            self.held.push(found);
+            if self.held.len() == self.hold {
+                self.release()?;
+            }
+            return Ok(());
+        }
+        self.finish(found, Some(index))
+    }
+
+    /// The frames that were held back; from now on none are.
+    fn release(&mut self) -> Result<(), End> {
+        self.hold = 0;
+        if let Some(Model { limit: Some(limit), .. }) = &mut self.model {
+            limit.look();
+        }
+        std::mem::take(&mut self.held).into_iter().try_for_each(|found| self.finish(found, None))
+    }
+
+    /// Tracks, rows; `index` is that of its response, where that is still there.
+    fn finish(&mut self, found: Found, index: Option<usize>) -> Result<(), End> {
+        let Some(Model { detector, responses, tracker, last, limit, .. }) = &mut self.model else { return Ok(()) };
+        let Found { accepted, mut detections, camera, maps, response, compute, copy } = found;
+        let (background_shift, ego_motion, cut) = camera;
+        let Accepted { frame, name, time, picture, decode, came, .. } = accepted;
+        let begin = Instant::now();
+        // Live nothing waits until the clip has told.
+        let unknown = self.options.live && limit.as_ref().is_some_and(|limit| !limit.holds());
+        if let Some(limit) = limit {
+            detections.retain(|found| !unknown && found.score >= limit.least_score());
+        }
+        let mut tracks = Vec::new();
+        if let Some(tracker) = tracker {
+            // Frames that were dropped, skipped or could not be used have passed all the same.
+            let steps = last.map_or(1, |last| self.options.span.steps(last, (frame, time)));
+            let steps = u32::try_from(steps).unwrap_or(u32::MAX);
+            let observation = Observation {
+                time,
+                steps,
+                background_shift,
+                map: index.map(|index| responses[index].map.view()),
+                lag: detector.lag(),
+                birth_score: limit.as_ref().map_or(0.0, Limit::birth_score),
+                ..Observation::new(frame, &detections)
+            };
+            tracker.process_into(&observation, &mut tracks);
+        }
+        *last = Some((frame, time));
+        let compute = compute + begin.elapsed();
         let seen =
             Seen { frame, name, time, picture, detections, tracks, background_shift, ego_motion, cut, maps, response };
         self.bar.inc(1);
@@ -259,6 +345,10 @@ impl<'a> Compute<'a> {
         Ok(self.results.send(computed).map_err(|_| Gone)?)
     }
 }
+
+/// Most frames that are held back until thresholds are known, and, down to ten frames, most pixels.
+const HELD: usize = 30;
+const HELD_PIXELS: usize = 32 << 20;
 
 /// Bytes of the maps of frames that are computed together.
 const TOGETHER: usize = 24 << 20;

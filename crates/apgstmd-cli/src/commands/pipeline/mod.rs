@@ -5,6 +5,7 @@ mod ahead;
 mod compute;
 mod engine;
 mod latest;
+mod limit;
 
 use std::collections::{BTreeMap, HashSet};
 use std::ops::RangeInclusive;
@@ -25,7 +26,7 @@ use crate::failure::{Failure, reason};
 use crate::footage::{Footage, Tuned, Warning};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
-use crate::sink::run_json::{Background, Busy, Delay, Found, Live, Skipped, Statistic, Timing};
+use crate::sink::run_json::{Background, Busy, Delay, Found, Live, Skipped, Statistic, Threshold, Timing};
 use crate::source::{FrameSource, Span};
 
 /// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
@@ -36,6 +37,8 @@ pub(super) struct Options<'a> {
     pub params: &'a Params,
     /// Several detectors.
     pub bank: Option<&'a BankParams>,
+    /// False alarms a frame that are listed, by the clip itself; without it, all that the model finds.
+    pub false_alarms: Option<f64>,
     pub machine: Machine,
     pub on_error: OnError,
     /// Inner maps that the sinks will write.
@@ -49,6 +52,13 @@ pub(super) struct Options<'a> {
     pub live: bool,
     /// Which frames of the source are used: those between are no gaps.
     pub span: Span,
+}
+
+impl Options<'_> {
+    /// Whether the parameters say which detections begin tracks.
+    fn fixed_births(&self) -> bool {
+        self.bank.map_or(self.params, |bank| &bank.base).tracking.birth_score > 0.0
+    }
 }
 
 /// What happened. `size` is there once a first frame was accepted, and with it the sinks.
@@ -70,6 +80,8 @@ pub(super) struct Report {
     pub left_out: Vec<RangeInclusive<usize>>,
     /// Live.
     pub live: Option<Live>,
+    /// Scores that were asked for at the end.
+    pub threshold: Option<Threshold>,
     /// The source ended, and none of its frames was used.
     pub empty: bool,
     /// What the stages of the model took, of all frames; of a bank, in all members.
@@ -165,6 +177,7 @@ fn feed<'s>(
         report.last = left.last;
         report.left_out = left.left_out;
         report.stages = left.stages;
+        report.threshold = left.threshold;
         report.live = left.dropped.map(|dropped| Live { dropped, delay: Delay::of(&delays) });
         // What failed to be written came before what failed to be computed.
         written.and(computed)
@@ -314,6 +327,7 @@ mod tests {
         let options = Options {
             params: &params,
             bank: None,
+            false_alarms: None,
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
@@ -349,6 +363,7 @@ mod tests {
         let options = Options {
             params: &params,
             bank: None,
+            false_alarms: None,
             machine: Machine::with_threads(1),
             on_error: OnError::Stop,
             dump: None,
