@@ -6,8 +6,8 @@ WHEELS := target/wheels
 COMPARE := .venv-compare/bin/python
 
 # One interpreter for cargo and maturin, so that the binding is not built twice.
-test lint wheel compare: export PYO3_PYTHON := $(CURDIR)/$(PY)
-test lint wheel compare: export VIRTUAL_ENV := $(CURDIR)/.venv
+test lint wheel compare docs: export PYO3_PYTHON := $(CURDIR)/$(PY)
+test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
@@ -85,9 +85,12 @@ matrix: ## what the bank finds of every speed, size, contrast, ground and camera
 scaling: ## how time grows with threads, pixels, active tiles, instruction sets; CSV and SVG in target/scaling/
 	@$(CARGO) run --release --quiet --package apgstmd-cli -- bench --scaling target/scaling $(SCALING_FLAGS)
 
-docs: ## API documentation of the Rust crates in target/doc
+docs: wheel ## the pages in target/site, API documentation of the Rust crates in target/doc; warnings are errors
+	@tools/venv.sh .venv-docs tools/requirements-docs.txt
+	@.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
+	@.venv-docs/bin/python -m sphinx -W --keep-going --quiet -E -b html docs target/site
 	@RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude apgstmd-py
 
 clean: ## remove everything that was built
 	@$(CARGO) clean
-	@rm -rf .venv .venv-compare .venv-dist dist demo-out reproduce-out .mypy_cache .pytest_cache
+	@rm -rf .venv .venv-compare .venv-dist .venv-docs dist demo-out reproduce-out .mypy_cache .pytest_cache
