@@ -15,11 +15,12 @@ myst_heading_anchors = 3
 exclude_patterns = ["images"]
 
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 html_title = f"apgstmd {version}"
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "description"
-autodoc_typehints_description_target = "documented"
+autodoc_typehints = "signature"
 # Docstrings are plain text that also reads well in a terminal: shown as they are.
 HERE = Path(__file__).parent
 
