@@ -241,8 +241,7 @@ impl<'a> Compute<'a> {
 
     /// How many frames wait until the thresholds are known: live none, and none whose inner maps are written.
     fn to_hold(&self, picture: &Picture) -> usize {
-        let limited = self.model.as_ref().is_some_and(|model| model.limit.is_some());
-        match limited && !self.options.live && self.options.dump.is_none() {
+        match self.options.false_alarms.is_some() && !self.options.live && self.options.dump.is_none() {
             true => (HELD_PIXELS / picture.size().area().max(1)).clamp(FalseAlarms::FIRST as usize, HELD),
             false => 0,
         }
