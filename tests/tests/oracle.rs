@@ -94,7 +94,7 @@ prop_compose! {
         (rejection.motion_min_points, rejection.motion_path) = (motion.0, motion.1);
         (rejection.motion_distance, rejection.motion_straightness) = (motion.2, motion.3);
         let (threshold, max_peaks, peak_radius) = peaks;
-        (rejection, DetectionParams { threshold, max_peaks, peak_radius, localise })
+        (rejection, DetectionParams { threshold, max_peaks, peak_radius, localise, least_score: 0.0 })
     }
 }
 
