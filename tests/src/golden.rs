@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use apgstmd_core::params::BackgroundMotion;
 use apgstmd_core::{Params, Preset, Size, Stage};
 use ndarray::{Array3, ArrayD, Axis, Ix3};
 use ndarray_npy::{NpzReader, ReadNpzError};
@@ -73,6 +74,8 @@ pub fn own_params() -> Params {
     let mut params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
     // What the preset lets go moves the edge of the attended region by a pixel here and there.
     params.prediction.negligible = Params::default().prediction.negligible;
+    // So small a picture has too little besides its targets.
+    params.rejection.background = BackgroundMotion::Translation;
     params
 }
 

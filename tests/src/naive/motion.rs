@@ -156,7 +156,7 @@ impl Background {
             if k == 0 {
                 let none = Guess { motion: Motion::NONE, step: found.map_or(begin.step, |guess| guess.step) };
                 let still = median_of(&level.residuals(&last, &now, &none));
-                if let Some(guess) = found {
+                if let Some(guess) = found.filter(|_| level.has_structure(&last)) {
                     let left = median_of(&level.residuals(&last, &now, &guess));
                     if left <= 1.05 * still || 1.5 * left <= 1e-6 {
                         return Found { motion: guess.motion, residual: (1.5 * left).max(1e-6), ..NOTHING };
@@ -185,6 +185,16 @@ impl Level {
             }
         }
         samples
+    }
+
+    /// At a twentieth of the samples or more.
+    fn has_structure(&self, last: &Map) -> bool {
+        let samples = self.samples(last.dim());
+        let steep = |&&(y, x): &&(usize, usize)| {
+            let (gx, gy) = (last[[y, x + 1]] - last[[y, x - 1]], last[[y + 1, x]] - last[[y - 1, x]]);
+            (gx.abs() + gy.abs()) / 2.0 > 1.0 / 1024.0
+        };
+        20 * samples.iter().filter(steep).count() >= samples.len()
     }
 
     /// P_t(x + m(x)) - P_{t-1}(x) - step; none where x + m(x) is outside.

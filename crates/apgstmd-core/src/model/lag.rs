@@ -5,7 +5,7 @@ use ndarray::Array2;
 use super::wire;
 use crate::detection::Response;
 use crate::frame::{Frame, Size};
-use crate::params::{Localise, Model, Params, RejectionMode};
+use crate::params::{BackgroundMotion, Localise, Model, Params, RejectionMode};
 use crate::plane::Plane;
 use crate::row::bands::Bands;
 use crate::row::machine::SimdLevel;
@@ -47,6 +47,10 @@ pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
     // Of what F keeps of earlier predictions, (1 - mu) a horizon, a few thousandths are left.
     let kept = (1.0 - params.prediction.mu).clamp(0.0, 0.9);
     let horizons = if kept > 0.0 { (0.003f64.ln() / kept.ln()).ceil() + 2.0 } else { 2.0 };
+    // All there is to be seen is the target: taken for the background, it would be at rest.
+    let mut params = params.clone();
+    params.rejection.background = BackgroundMotion::Off;
+    let params = &params;
     let rejection = f64::from(params.motion_window().max(params.rejection.contrast_window));
     let settle = 3.0 * slowest(params) + horizons * params.horizon() as f64 + rejection;
     let (mut sum, mut count) = (0.0, 0.0);
@@ -113,4 +117,24 @@ fn slowest(params: &Params) -> f64 {
 /// Share of the pixel at `x` that the target around `center` covers.
 pub(crate) fn covered(x: f64, center: f64) -> f64 {
     ((x + 0.5).min(center + SIDE / 2.0) - (x - 0.5).max(center - SIDE / 2.0)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Preset;
+
+    #[test]
+    fn the_ideal_target_is_not_taken_for_the_background() {
+        for speed in [1.0, 2.0, 8.0] {
+            let response = |background| {
+                let mut params = Params::preset(Preset::Practical).for_speed(speed).unwrap();
+                params.rejection.background = background;
+                response(&params, SimdLevel::best(), 1.0)
+            };
+            let still = response(BackgroundMotion::Off);
+            assert!(still > 0.0);
+            assert_eq!(response(BackgroundMotion::Similarity), still, "{speed} px/frame");
+        }
+    }
 }

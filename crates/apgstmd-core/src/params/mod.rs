@@ -415,6 +415,7 @@ impl Params {
     pub fn with_preset(mut self, preset: Preset) -> Self {
         if preset == Preset::Practical {
             self.rejection.mode = RejectionMode::Motion;
+            self.rejection.background = BackgroundMotion::Similarity;
             self.rejection.gate = 2.0;
             self.rejection.gate_frames = 1.5;
             self.rejection.motion_min_points = 3;

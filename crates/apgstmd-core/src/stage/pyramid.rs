@@ -14,6 +14,8 @@ use crate::stage::background::Motion;
 const HALVED_FROM: usize = 64;
 /// Left out at every border of the full picture, px.
 const MARGIN: usize = 4;
+/// Where |g_x| + |g_y| is above this there is structure, luminance / px: a quarter of a step of 8 bits.
+const STEEP: f32 = 1.0 / 1024.0;
 
 pub(crate) struct Scale {
     size: Size,
@@ -34,6 +36,8 @@ pub(crate) struct Scale {
     /// The last picture at the samples, and its gradient.
     pub last: Vec<f32>,
     gradient: [Vec<f32>; 2],
+    /// At how many samples it has structure.
+    pub structured: usize,
 }
 
 heap!(Scale { across, last, gradient });
@@ -117,6 +121,7 @@ impl Scale {
             padded,
             middle,
             half,
+            structured: 0,
             across: (0..padded).map(u).collect(),
             last: vec![0.0; rows * padded],
             gradient: [vec![0.0; rows * padded], vec![0.0; rows * padded]],
@@ -134,7 +139,8 @@ impl Scale {
     /// Keeps what the next picture is compared with.
     pub fn remember(&mut self, picture: Picture<'_>) {
         let Picture { data, stride, width, .. } = picture;
-        let Self { step, margin, columns, padded, last, gradient: [gx, gy], .. } = self;
+        let Self { step, margin, columns, padded, last, gradient: [gx, gy], structured, .. } = self;
+        *structured = 0;
         let samples =
             last.chunks_exact_mut(*padded).zip(gx.chunks_exact_mut(*padded)).zip(gy.chunks_exact_mut(*padded));
         for (row, ((last, gx), gy)) in samples.enumerate() {
@@ -146,6 +152,7 @@ impl Scale {
                 last[column] = here[x];
                 gx[column] = 0.5 * (here[x + 1] - here[x - 1]);
                 gy[column] = 0.5 * (below[x] - above[x]);
+                *structured += usize::from(gx[column].abs() + gy[column].abs() > STEEP);
             }
         }
     }

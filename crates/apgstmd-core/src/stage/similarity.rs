@@ -36,6 +36,8 @@ const UNEXPLAINED: f32 = 0.5;
 const JUMP: (f32, f32) = (4.0, 0.01);
 /// How much the latest frame counts in what is usual.
 const USUAL: f32 = 0.1;
+/// Least share of the samples of the finest level that have structure: a bird in an empty sky is no background.
+const STRUCTURED: f64 = 0.05;
 /// What a motion leaves may come to this much of what none leaves.
 const NO_WORSE: f32 = 1.05;
 
@@ -286,7 +288,9 @@ impl Similarity {
         let none = Estimate::none(found.map_or(looked.brighter, |(estimate, _)| estimate.offset));
         let still = self.compare(level, looked.pyramid.level(p, 0), 0, &none).unwrap_or(0.0);
         let robust = |median: f32| (1.5 * median).max(LEAST_SCALE);
-        match found {
+        let scale = &self.scales[0];
+        let empty = (scale.structured as f64) < STRUCTURED * (scale.rows * scale.columns) as f64;
+        match found.filter(|_| !empty) {
             Some((estimate, left)) if left <= NO_WORSE * still || robust(left) <= LEAST_SCALE => {
                 let Estimate { shift, stretch, turn, .. } = estimate;
                 let motion = Motion { shift, stretch, turn, ..self.none.motion };

@@ -168,6 +168,19 @@ fn noise_and_emptiness_tell_of_no_motion() {
 }
 
 #[test]
+fn a_bird_in_an_empty_sky_is_no_background() {
+    for speed in [1, 4, 8, 16] {
+        let sky = findings((0..8).map(|t| {
+            let mut plane = Plane::new(SIZE);
+            plane.fill(0.9);
+            (80..91).for_each(|y| plane.row_mut(y)[20 + speed * t..31 + speed * t].fill(0.2));
+            plane
+        }));
+        assert!(sky[1..].iter().all(|f| f.unexplained && !f.cut && f.motion == Motion::still(SIZE)), "{sky:?}");
+    }
+}
+
+#[test]
 fn the_smallest_pictures() {
     for (height, width) in [(16, 16), (17, 90), (64, 64), (65, 16)] {
         let size = Size::new(height, width);
