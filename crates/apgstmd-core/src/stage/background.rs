@@ -45,6 +45,11 @@ impl Motion {
         (place.0 + dx, place.1 + dy)
     }
 
+    /// What it makes of a direction or velocity.
+    pub fn turned(&self, (u, v): (f64, f64)) -> (f64, f64) {
+        (u + self.stretch * u - self.turn * v, v + self.turn * u + self.stretch * v)
+    }
+
     /// Radians, counter-clockwise on the screen.
     pub fn rotation(&self) -> f64 {
         // 0 and not -0 where nothing turns.

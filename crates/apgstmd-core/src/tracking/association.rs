@@ -68,8 +68,8 @@ impl Association {
         self.used.iter().enumerate().filter(|(_, used)| !**used).map(|(index, _)| index)
     }
 
-    /// Gives these tracks their detections among those still free.
-    pub fn link(&mut self, tracks: &[Track], detections: &[Detection], shift: (f64, f64)) {
+    /// Gives these tracks their detections among those still free. `moves`: how far the background at a track moves in a step.
+    pub fn link(&mut self, tracks: &[Track], detections: &[Detection], moves: impl Fn(&Track) -> (f64, f64)) {
         self.pairs.clear();
         self.costs.clear();
         for (row, track) in tracks.iter().enumerate() {
@@ -84,7 +84,7 @@ impl Association {
                     continue;
                 }
                 let mut cost = distance.powi(2) / spread + (spread / self.noise).ln();
-                cost += self.direction_weight * self.turn(detection, track, shift);
+                cost += self.direction_weight * self.turn(detection, track, moves(track));
                 if detection.trace == track.trace {
                     cost -= self.trace_weight;
                 }

@@ -1,8 +1,8 @@
 //! Tracks: detections of the same target linked from frame to frame, with ids that stay, through crossings, misses and
 //! occlusions.
 //!
-//! Each track is a constant-velocity Kalman filter relative to the background, whose shift the detector reports. In each
-//! frame the tracks that are established choose among the detections first, then the new ones among the rest; each time
+//! Each track is a constant-velocity Kalman filter relative to the background, whose motion (shift, rotation and zoom) the
+//! detector reports; a cut of the scene ends all tracks. In each frame the tracks that are established choose among the detections first, then the new ones among the rest; each time
 //! the matching with the greatest total likelihood is taken, among pairs within the gate. The likelihood knows the
 //! distance, the direction of the detection and whether the detector linked it to the track's last one. A detection that is
 //! weaker than the track's usual ones is trusted less about the place, in proportion. What is left begins tracks. A track without a detection coasts; while it does, the maximum of the response Q near where it is
@@ -36,10 +36,11 @@ mod track;
 
 use ndarray::ArrayView2;
 
-use crate::detection::{Detection, Response};
+use crate::detection::{Detection, EgoMotion, Response};
 use crate::error::ParamError;
 use crate::frame::Size;
 use crate::params::{Params, TrackingParams};
+use crate::stage::background::Motion as Ego;
 use association::Association;
 use motion::{Motion, Noise};
 use track::Track;
@@ -102,6 +103,10 @@ pub struct Observation<'a> {
     pub detections: &'a [Detection],
     /// Shift of the background since the frame before, in all of these steps together, (x, y) px.
     pub background_shift: (f32, f32),
+    /// Its rotation and zoom about the middle of the picture besides, in all of these steps together.
+    pub ego_motion: EgoMotion,
+    /// Whether the scene was cut before this frame: all tracks end, and ids go on.
+    pub cut: bool,
     /// The response Q, (rows, columns), to guide tracks that coast.
     pub map: Option<ArrayView2<'a, f32>>,
     /// How far the response peaks behind a target, px: [`crate::Detector::lag`].
@@ -119,6 +124,8 @@ impl<'a> Observation<'a> {
             steps: 1,
             detections,
             background_shift: (0.0, 0.0),
+            ego_motion: EgoMotion::default(),
+            cut: false,
             map: None,
             lag: 0.0,
             birth_score: 0.0,
@@ -129,6 +136,8 @@ impl<'a> Observation<'a> {
     pub fn of(frame: usize, response: &'a Response, lag: f32) -> Self {
         Self {
             background_shift: response.background_shift,
+            ego_motion: response.ego_motion,
+            cut: response.cut,
             map: Some(response.map.view()),
             lag,
             ..Self::new(frame, &response.detections)
@@ -191,29 +200,45 @@ impl Tracker {
     pub fn process_into(&mut self, seen: &Observation<'_>, points: &mut Vec<TrackPoint>) {
         points.clear();
         let steps = seen.steps.max(1);
-        let shift = finite(seen.background_shift);
-        let shift = (shift.0 / f64::from(steps), shift.1 / f64::from(steps));
+        if seen.cut {
+            self.spare.append(&mut self.living);
+            self.drift = (0.0, 0.0);
+        }
+        let ego = self.ego(seen);
+        let a_step = |(x, y): (f64, f64)| (x / f64::from(steps), y / f64::from(steps));
+        let shift = a_step(ego.shift);
+        let moves = |track: &Track| a_step(ego.at(track.motion.place));
         let drifted = |drift: f64, shift: f64| drift + self.newest * (shift - drift);
         self.drift = (drifted(self.drift.0, shift.0), drifted(self.drift.1, shift.1));
         for track in &mut self.living {
-            track.motion.predict(steps, shift, &self.noise);
+            track.motion.predict(steps, &ego, &self.noise);
             track.age = track.age.saturating_add(steps);
             track.given = track.given.saturating_add(1);
         }
         let established = self.living.partition_point(|track| track.id.is_some());
         self.association.begin(seen.detections);
         let (first, second) = self.living.split_at(established);
-        self.association.link(first, seen.detections, shift);
-        self.association.link(second, seen.detections, shift);
+        self.association.link(first, seen.detections, moves);
+        self.association.link(second, seen.detections, moves);
         for (track, found) in self.living.iter_mut().zip(&self.association.found) {
             match found {
                 Some(detection) => track.follow(&seen.detections[*detection], seen, &self.noise),
-                None => track.coast(seen, shift, &self.noise, self.params.guide),
+                None => track.coast(seen, moves(track), &self.noise, self.params.guide),
             }
         }
         self.end();
         self.give_birth(seen);
         self.confirm(points);
+    }
+
+    /// How the background moved since the last frame.
+    fn ego(&self, seen: &Observation<'_>) -> Ego {
+        let mut ego = Ego { shift: finite(seen.background_shift), ..Ego::still(self.size) };
+        let (angle, zoom) = (f64::from(seen.ego_motion.rotation), f64::from(seen.ego_motion.zoom));
+        if angle.is_finite() && zoom.is_finite() {
+            (ego.stretch, ego.turn) = (zoom * angle.cos() - 1.0, -zoom * angle.sin());
+        }
+        ego
     }
 
     /// Ends what was not seen for too long, has left the picture, or can no longer be confirmed in its window.

@@ -1,9 +1,10 @@
 //! Constant velocity with random changes, seen with noise: a Kalman filter in the plane.
 //!
 //! Place and velocity along x and y obey the same equations with the same noise, so one 2 x 2 covariance serves both.
-//! The background's shift is a known displacement: velocities are relative to the background, places are in the picture.
+//! The background's motion is a known displacement: velocities are relative to the background, places are in the picture.
 
 use crate::params::TrackingParams;
+use crate::stage::background::Motion as Ego;
 
 /// Variances, px and frames.
 #[derive(Clone, Copy, Debug)]
@@ -43,11 +44,13 @@ impl Motion {
         Self { place, velocity, covariance: [noise.detection, 0.0, noise.velocity] }
     }
 
-    /// To the frame `steps` later, the background having moved by `shift` in each of them.
-    pub fn predict(&mut self, steps: u32, shift: (f64, f64), noise: &Noise) {
+    /// To the frame `steps` later, the background having moved by `ego` in all of them together: it carries the place
+    /// along, and the velocity turns and grows with it. Uncertainty is taken not to.
+    pub fn predict(&mut self, steps: u32, ego: &Ego, noise: &Noise) {
         let n = f64::from(steps);
-        self.place =
-            (self.place.0 + n * self.velocity.0 + n * shift.0, self.place.1 + n * self.velocity.1 + n * shift.1);
+        let (x, y) = ego.carry(self.place);
+        self.velocity = ego.turned(self.velocity);
+        self.place = (x + n * self.velocity.0, y + n * self.velocity.1);
         let [place, both, velocity] = self.covariance;
         // The sum over steps of what [1/4, 1/2, 1] of one step becomes in the steps after it.
         let a = noise.acceleration;
@@ -79,6 +82,10 @@ impl Motion {
 mod tests {
     use super::*;
 
+    fn still() -> Ego {
+        Ego::still(crate::Size::new(101, 201))
+    }
+
     fn noise(acceleration: f64) -> Noise {
         Noise { detection: 4.0, guide: 9.0, acceleration, velocity: 1e6 }
     }
@@ -90,7 +97,7 @@ mod tests {
         let quiet = noise(0.0);
         let mut motion = Motion::begin((seen[0], -seen[0]), (0.0, 0.0), &quiet);
         for x in &seen[1..] {
-            motion.predict(1, (0.0, 0.0), &quiet);
+            motion.predict(1, &still(), &quiet);
             motion.update((*x, -x), quiet.detection);
         }
         let n = seen.len() as f64;
@@ -109,12 +116,22 @@ mod tests {
     #[test]
     fn a_shift_moves_the_place_and_not_the_velocity() {
         let noise = noise(0.01);
-        let mut still = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
-        let mut shaken = still;
-        still.predict(1, (0.0, 0.0), &noise);
-        shaken.predict(1, (7.0, -3.0), &noise);
-        assert_eq!(shaken.place, (still.place.0 + 7.0, still.place.1 - 3.0));
-        assert_eq!((shaken.velocity, shaken.covariance), (still.velocity, still.covariance));
+        let mut calm = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
+        let mut shaken = calm;
+        calm.predict(1, &still(), &noise);
+        shaken.predict(1, &Ego { shift: (7.0, -3.0), ..still() }, &noise);
+        assert_eq!(shaken.place, (calm.place.0 + 7.0, calm.place.1 - 3.0));
+        assert_eq!((shaken.velocity, shaken.covariance), (calm.velocity, calm.covariance));
+    }
+
+    #[test]
+    fn place_and_velocity_turn_with_the_background() {
+        let noise = noise(0.01);
+        // A quarter of a turn clockwise about (100, 50), to twice the size.
+        let ego = Ego { stretch: -1.0, turn: 2.0, ..still() };
+        let mut motion = Motion::begin((110.0, 50.0), (1.0, 0.0), &noise);
+        motion.predict(1, &ego, &noise);
+        assert_eq!((motion.place, motion.velocity), ((100.0, 72.0), (0.0, 2.0)));
     }
 
     #[test]
@@ -122,10 +139,11 @@ mod tests {
         let noise = noise(0.3);
         for steps in 1..20 {
             let mut single = Motion::begin((10.0, 20.0), (1.0, -0.5), &noise);
-            single.predict(1, (0.0, 0.0), &noise);
+            single.predict(1, &still(), &noise);
             let mut several = single;
-            (0..steps).for_each(|_| single.predict(1, (0.5, -2.0), &noise));
-            several.predict(steps, (0.5, -2.0), &noise);
+            let shift = |times: u32| Ego { shift: (0.5 * f64::from(times), -2.0 * f64::from(times)), ..still() };
+            (0..steps).for_each(|_| single.predict(1, &shift(1), &noise));
+            several.predict(steps, &shift(steps), &noise);
             assert_eq!((several.place, several.velocity), (single.place, single.velocity));
             for (a, b) in several.covariance.iter().zip(single.covariance) {
                 assert!((a - b).abs() < 1e-12 * b, "{steps}: {a} {b}");
@@ -138,13 +156,13 @@ mod tests {
         let noise = noise(0.01);
         let mut motion = Motion::begin((0.0, 0.0), (1.0, 0.0), &noise);
         for _ in 0..50 {
-            motion.predict(1, (0.0, 0.0), &noise);
+            motion.predict(1, &still(), &noise);
             motion.update(motion.place, noise.detection);
         }
         let settled = motion.variance();
         let mut last = settled;
         for _ in 0..30 {
-            motion.predict(1, (0.0, 0.0), &noise);
+            motion.predict(1, &still(), &noise);
             assert!(motion.variance() > last);
             last = motion.variance();
         }

@@ -426,3 +426,72 @@ proptest! {
         prop_assert_eq!(run()?, run()?);
     }
 }
+
+/// A target whose path is straight in a world that turns and grows about (149.5, 99.5), the middle of the picture.
+fn in_a_turning_world(t: usize) -> (f64, f64) {
+    let s = t as f64;
+    let (sin, cos) = (0.04 * s).sin_cos();
+    let (u, v, zoom) = (-60.0 + 0.8 * s, 20.0, 1.01f64.powf(s));
+    (149.5 + zoom * (cos * u + sin * v), 99.5 + zoom * (cos * v - sin * u))
+}
+
+#[test]
+fn a_turning_world_is_followed_while_nothing_is_seen() {
+    let turning = EgoMotion { rotation: 0.04, zoom: 1.01, ..EgoMotion::default() };
+    for (ego_motion, followed) in [(turning, true), (EgoMotion::default(), false)] {
+        let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+        let (mut points, mut ids) = (Vec::new(), Vec::new());
+        for t in 0..60 {
+            let (x, y) = in_a_turning_world(t);
+            let seen = if (30..45).contains(&t) { Vec::new() } else { vec![at(x, y, f64::NAN)] };
+            let observation = Observation { ego_motion, ..Observation::new(t, &seen) };
+            tracker.process_into(&observation, &mut points);
+            ids.extend(points.iter().map(|point| point.track));
+            if followed && t > 20 {
+                let now = tracker.living().next().expect("it lives");
+                assert!(off(&now, (x, y)) < 1.0, "frame {t}: {now:?}, not {x} {y}");
+            }
+        }
+        assert_eq!(ids.iter().all(|id| *id == 0), followed, "{ids:?}");
+    }
+}
+
+#[test]
+fn frames_left_out_of_a_turning_world() {
+    // As the camera shakes too, the shift of three steps is more than three times one of them.
+    let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+    let mut points = Vec::new();
+    let still = crate::stage::background::Motion::still(SIZE);
+    let (sin, cos) = 0.04f64.sin_cos();
+    let step = crate::stage::background::Motion { shift: (1.5, -0.5), stretch: cos - 1.0, turn: -sin, ..still };
+    let middle = still.middle;
+    let all = (0..3).fold(middle, |place, _| step.carry(place));
+    let mut place = (120.0, 80.0);
+    for t in 0..20 {
+        let seen = [at(place.0, place.1, f64::NAN)];
+        let ego_motion = EgoMotion { rotation: 0.12, ..EgoMotion::default() };
+        let background_shift = ((all.0 - middle.0) as f32, (all.1 - middle.1) as f32);
+        let observation = Observation { steps: 3, ego_motion, background_shift, ..Observation::new(t, &seen) };
+        tracker.process_into(&observation, &mut points);
+        if t > 10 {
+            let now = tracker.living().next().expect("it lives");
+            assert!(off(&now, place) < 0.01 && now.vx.hypot(now.vy) < 0.01, "frame {t}: {now:?}, not {place:?}");
+        }
+        place = (0..3).fold(place, |place, _| step.carry(place));
+    }
+}
+
+#[test]
+fn a_cut_ends_all_tracks() {
+    let mut tracker = Tracker::new(SIZE, &params()).unwrap();
+    let (mut points, mut ids) = (Vec::new(), Vec::new());
+    for t in 0..40 {
+        // The same place before and after: without a cut it is one track.
+        let seen = [at(50.0 + t as f64, 100.0, 0.0)];
+        tracker.process_into(&Observation { cut: t == 20, ..Observation::new(t, &seen) }, &mut points);
+        ids.extend(points.iter().map(|point| (point.frame, point.track)));
+        assert!(t != 20 || tracker.living().count() == 0);
+    }
+    assert!(ids.iter().all(|(frame, track)| *track == u64::from(*frame >= 20)), "{ids:?}");
+    assert_eq!(ids.len(), 40);
+}
