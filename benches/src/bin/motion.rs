@@ -11,7 +11,7 @@ use apgstmd_benches::practical;
 use apgstmd_core::evaluation::{Options, Scored, TruthBox, evaluate};
 use apgstmd_core::params::BackgroundMotion;
 use apgstmd_core::stimulus::{Background, Camera, Path, Renderer, Scene, Shade, Target};
-use apgstmd_core::{Detector, Response, Size};
+use apgstmd_core::{Bank, BankParams, Detector, Params, Response, Size};
 use ndarray::Array2;
 
 const SIZE: (usize, usize) = (270, 480);
@@ -41,28 +41,37 @@ fn main() {
     if let [file, size] = &args[..] {
         return clip(file, size);
     }
-    for along in [Along::Picture, Along::World] {
-        tables(along);
-    }
+    let along = match &args[..] {
+        [] => [Along::Picture, Along::World].as_slice(),
+        [which] if which == "world" => &[Along::World],
+        _ => panic!("motion, motion world, or motion FILE WIDTHxHEIGHT"),
+    };
+    along.iter().for_each(|along| tables(*along));
 }
 
 fn tables(along: Along) {
     let still = [0.0; 2];
     // Forth and back, so that the picture stays sharp: 5 % a frame would enlarge it tenfold.
     let period = 24.0 / RATE;
-    let pans: &[f64] = match along {
-        Along::Picture => &[0.0, 2.0, 6.0, 10.0, 16.0, 20.0, 24.0, 28.0, 32.0],
-        // Beyond these the target is soon out of the picture.
-        Along::World => &[0.0, 2.0, 4.0],
+    type Values = &'static [f64];
+    let (pans, rolls, zooms, shakes): (Values, Values, Values, Values) = match along {
+        Along::Picture => (
+            &[0.0, 2.0, 6.0, 10.0, 16.0, 20.0, 24.0, 28.0, 32.0],
+            &[0.5, 1.0, 2.0, 3.0, 4.0, 5.0],
+            &[0.5, 1.0, 2.0, 3.0, 4.0, 5.0],
+            &[0.5, 1.0, 2.0, 4.0, 8.0],
+        ),
+        // Beyond these it moves faster in the picture than the bank's fastest member.
+        Along::World => (&[0.0, 1.0, 2.0], &[0.25, 0.5, 1.0], &[0.5, 1.0, 2.0], &[0.5, 1.0, 2.0]),
     };
     table("pan, px/frame", along, pans, |v| ([0.8 * v * RATE, 0.6 * v * RATE], Camera::default()));
-    table("roll, degrees/frame", along, &[0.5, 1.0, 2.0, 3.0, 4.0, 5.0], |degrees| {
+    table("roll, degrees/frame", along, rolls, |degrees| {
         (still, Camera { roll: degrees.to_radians() * RATE, period, ..Camera::default() })
     });
-    table("zoom, %/frame", along, &[0.5, 1.0, 2.0, 3.0, 4.0, 5.0], |percent| {
+    table("zoom, %/frame", along, zooms, |percent| {
         (still, Camera { zoom: (1.0 + percent / 100.0).ln() * RATE, period, ..Camera::default() })
     });
-    table("shake, px", along, &[0.5, 1.0, 2.0, 4.0, 8.0], |shake| (still, Camera { shake, ..Camera::default() }));
+    table("shake, px", along, shakes, |shake| (still, Camera { shake, ..Camera::default() }));
 }
 
 fn clip(file: &str, size: &str) {
@@ -97,11 +106,11 @@ fn table(what: &str, along: Along, values: &[f64], case: impl Fn(f64) -> Case) {
             for (mode, area) in modes.iter().zip(&mut areas) {
                 let mut params = practical();
                 params.rejection.background = *mode;
-                let mut detector = Detector::with_threads(Size::new(SIZE.0, SIZE.1), &params, 1).expect("parameters");
-                let mut response = detector.make_response();
+                let mut finder = Finder::new(&params, along);
+                let mut response = finder.make_response();
                 let (mut found, mut truth) = (Vec::new(), Vec::<TruthBox>::new());
                 for (t, frame) in frames.iter().enumerate() {
-                    detector.process_into(frame.view(), &mut response).expect("a frame");
+                    finder.process(frame, &mut response);
                     let scored = |d: &apgstmd_core::Detection| Scored::new(t, d.x.into(), d.y.into(), d.score.into());
                     found.extend(response.detections.iter().map(scored));
                     truth.extend(&boxes[t]);
@@ -128,6 +137,40 @@ fn table(what: &str, along: Along, values: &[f64], case: impl Fn(f64) -> Case) {
         );
     }
     println!();
+}
+
+enum Finder {
+    One(Detector),
+    Several(Bank),
+}
+
+impl Finder {
+    /// A target that is straight in the world has many speeds in the picture.
+    fn new(params: &Params, along: Along) -> Self {
+        let size = Size::new(SIZE.0, SIZE.1);
+        match along {
+            Along::Picture => Self::One(Detector::with_threads(size, params, 1).expect("parameters")),
+            Along::World => {
+                let params = BankParams::with_members(params.clone(), &[1.0, 2.0, 4.0], &[5.0]);
+                Self::Several(Bank::new(size, &params).expect("parameters"))
+            }
+        }
+    }
+
+    fn make_response(&self) -> Response {
+        match self {
+            Self::One(detector) => detector.make_response(),
+            Self::Several(bank) => bank.make_response(),
+        }
+    }
+
+    fn process(&mut self, frame: &Array2<f32>, response: &mut Response) {
+        match self {
+            Self::One(detector) => detector.process_into(frame.view(), response),
+            Self::Several(bank) => bank.process_into(frame.view(), response),
+        }
+        .expect("a frame");
+    }
 }
 
 /// A frame, and where the target is in it.
