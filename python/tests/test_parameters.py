@@ -46,7 +46,7 @@ def test_every_parameter_is_taken_by_name(p: apgstmd.Parameter) -> None:
     before = params(preset="paper")
     old = before[p.section][p.name]
     other = {"full": "masked", "contrast": "off", "target": "response", "cascade": "fir", True: False}
-    other |= {"light": "both", "luminance": "change"}
+    other |= {"light": "both", "luminance": "change", "translation": "similarity"}
     if isinstance(old, (str, bool)):
         new: Any = other[old]
     elif isinstance(old, list):
