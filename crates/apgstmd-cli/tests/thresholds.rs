@@ -38,11 +38,11 @@ fn so_many_rows_are_listed() {
     let (all, record) = run("--false-alarms off");
     assert!(record["threshold"]["false_alarms"].is_null());
     let mut before = all;
-    // The clip sets it as it passes: what comes later is not known yet. At 0.1 a frame 12 rows are expected, which a
-    // handful of traces have among them: a factor of several either way.
-    for (rate, least) in [(2.0, 0.3), (0.5, 0.3), (0.1, 0.1)] {
+    // Rates that 120 frames can show: 30 rows are those of a dozen traces.
+    for rate in [2.0, 0.5, 0.25] {
         let (listed, record) = run(&format!("--false-alarms {rate}"));
-        assert!(listed < 2.5 * rate && listed > least * rate && listed < before, "{rate}: {listed} of {all}");
+        // The clip sets it as it passes: what comes later is not known yet.
+        assert!(listed < 2.5 * rate && listed > 0.3 * rate && listed < before, "{rate}: {listed} of {all}");
         assert_eq!(record["threshold"]["false_alarms"], rate);
         assert!(record["threshold"]["least_score"].as_f64().unwrap() > 0.0);
         before = listed;
