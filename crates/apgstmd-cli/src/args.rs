@@ -240,6 +240,52 @@ pub struct ModelArgs {
     pub threshold: Option<f64>,
 }
 
+/// Flags of a bank.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Bank")]
+pub struct BankArgs {
+    /// Speeds of a bank, px/frame, instead of its own [default: 0.25,0.5,1,2,4,8]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
+    pub speeds: Vec<f64>,
+    /// Sizes of targets that a bank looks for, px: 5 sees 3 to 6 px, 10 and 20 see as many times more in reduced frames
+    /// [default: 5,10,20; 5 with --speeds or a --speed]
+    #[arg(long, alias = "size", value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
+    pub sizes: Vec<f64>,
+    /// Least contrast of a bank's detections, 0 to 1: that of a black 5 x 5 target on white that looks as strong
+    /// [default: 0.01]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub contrast: Option<f32>,
+}
+
+/// Which frames are used, and how they are read.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub struct FrameArgs {
+    /// First frame to use, counted from 0; or the first from this time on, as in the column time_s: 2.5s
+    #[arg(long, value_name = "N|SECONDS", default_value = "0")]
+    pub start: Place,
+    /// Stop before this frame or time [default: after the last]
+    #[arg(long, value_name = "N|SECONDS")]
+    pub stop: Option<Place>,
+    /// Use every N-th frame, or one each so many seconds: 0.1s
+    #[arg(long, value_name = "N|SECONDS", default_value = "1")]
+    pub step: Place,
+    /// Frames a second of what tells no times, pictures and raw frames, or in place of a wrong rate: time_s is then the
+    /// frame's number over this
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    pub fps: Option<f64>,
+    /// Standard input is raw frames of this size, one after the other; FORMAT: gray, gray10le, gray12le, gray14le,
+    /// gray16le [default: gray]
+    #[arg(long, value_name = "WxH[:FORMAT]")]
+    pub raw: Option<RawFormat>,
+    /// Bits that 16-bit samples really use, 9 to 16 (10, 12, 14 for many cameras)
+    #[arg(long, value_name = "B")]
+    pub bit_depth: Option<u32>,
+    /// What to do about a picture that cannot be used
+    #[arg(long, value_name = "WHAT", default_value = "stop")]
+    pub on_error: OnError,
+}
+
 /// Flags of `apgstmd run`.
 #[derive(Debug, Args)]
 #[command(after_help = RUN_EXAMPLES)]
@@ -252,47 +298,16 @@ pub struct RunArgs {
     #[command(flatten)]
     pub model: ModelArgs,
 
-    /// Speeds of a bank, px/frame, instead of its own [default: 0.25,0.5,1,2,4,8]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, help_heading = "Bank")]
-    pub speeds: Vec<f64>,
-    /// Sizes of targets that a bank looks for, px: 5 sees 3 to 6 px, 10 and 20 see as many times more in reduced frames
-    /// [default: 5,10,20; 5 with --speeds or a --speed]
-    #[arg(
-        long,
-        alias = "size",
-        value_name = "LIST",
-        value_delimiter = ',',
-        allow_negative_numbers = true,
-        help_heading = "Bank"
-    )]
-    pub sizes: Vec<f64>,
-    /// Least contrast of a bank's detections, 0 to 1: that of a black 5 x 5 target on white that looks as strong
-    /// [default: 0.01]
-    #[arg(long, value_name = "C", allow_negative_numbers = true, help_heading = "Bank")]
-    pub contrast: Option<f32>,
+    #[command(flatten)]
+    pub bank: BankArgs,
 
     /// List so many false alarms a frame: the least score is set by the clip itself, targets left aside, as it passes.
     /// `apgstmd tune` sets it by a clip without targets instead [default: 2 of a bank, off of a single detector]
     #[arg(long, value_name = "RATE|off", allow_negative_numbers = true, help_heading = "Threshold")]
     pub false_alarms: Option<FalseAlarmsArg>,
 
-    /// First frame to use, counted from 0; or the first from this time on, as in the column time_s: 2.5s
-    #[arg(long, value_name = "N|SECONDS", default_value = "0", help_heading = "Input")]
-    pub start: Place,
-    /// Stop before this frame or time [default: after the last]
-    #[arg(long, value_name = "N|SECONDS", help_heading = "Input")]
-    pub stop: Option<Place>,
-    /// Use every N-th frame, or one each so many seconds: 0.1s
-    #[arg(long, value_name = "N|SECONDS", default_value = "1", help_heading = "Input")]
-    pub step: Place,
-    /// Frames a second of what tells no times, pictures and raw frames, or in place of a wrong rate: time_s is then the
-    /// frame's number over this
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true, help_heading = "Input")]
-    pub fps: Option<f64>,
-    /// Standard input is raw frames of this size, one after the other; FORMAT: gray, gray10le, gray12le, gray14le,
-    /// gray16le [default: gray]
-    #[arg(long, value_name = "WxH[:FORMAT]", help_heading = "Input")]
-    pub raw: Option<RawFormat>,
+    #[command(flatten)]
+    pub frames: FrameArgs,
     /// Always take the newest frame; those that come while one is computed are dropped and counted. A video file is
     /// played at its own speed [default: yes for cameras and rtsp, else no]
     #[arg(
@@ -305,12 +320,6 @@ pub struct RunArgs {
         help_heading = "Input"
     )]
     pub live: Option<Switch>,
-    /// Bits that 16-bit samples really use, 9 to 16 (10, 12, 14 for many cameras)
-    #[arg(long, value_name = "B", help_heading = "Input")]
-    pub bit_depth: Option<u32>,
-    /// What to do about a picture that cannot be used
-    #[arg(long, value_name = "WHAT", default_value = "stop", help_heading = "Input")]
-    pub on_error: OnError,
 
     /// Folder for the results, made if missing; `-` writes the detections to stdout and nothing else
     /// [default: INPUT's name + "-apgstmd" in the current folder]

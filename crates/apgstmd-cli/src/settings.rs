@@ -197,21 +197,21 @@ impl RunSettings {
         }
         let mut params = resolve_params(&model)?;
         let threads = resolve_threads(args.threads)?;
-        if let Some(bits) = args.bit_depth
+        if let Some(bits) = args.frames.bit_depth
             && !(9..=16).contains(&bits)
         {
             return Err(Failure::usage(format_args!(
                 "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
             )));
         }
-        if let Some(fps) = args.fps
+        if let Some(fps) = args.frames.fps
             && !(MIN_FPS..=MAX_FPS).contains(&fps)
         {
             return Err(Failure::usage(format_args!("--fps is {fps}, but it must be between {MIN_FPS} and {MAX_FPS}")));
         }
-        let span = Span::new(args.start, args.stop, args.step)?;
+        let span = Span::new(args.frames.start, args.frames.stop, args.frames.step)?;
         let live = args.live.map(|live| live == Switch::Yes);
-        let flags = InputFlags { raw: args.raw, fps: args.fps, live, bit_depth: args.bit_depth };
+        let flags = InputFlags { raw: args.frames.raw, fps: args.frames.fps, live, bit_depth: args.frames.bit_depth };
         let source = Input::of(&args.input, flags)?;
         let selection = source.select(span)?;
         if let Some(Speed::PerSecond(speed)) = args.model.speed {
@@ -258,7 +258,7 @@ impl RunSettings {
             source,
             span,
             selection,
-            bit_depth: args.bit_depth,
+            bit_depth: args.frames.bit_depth,
             params,
             bank,
             false_alarms,
@@ -267,7 +267,7 @@ impl RunSettings {
                 _ => None,
             },
             machine: Machine { threads, simd: args.simd, ..Machine::default() },
-            on_error: args.on_error,
+            on_error: args.frames.on_error,
             destination,
             formats,
             tracks,
@@ -282,7 +282,7 @@ impl RunSettings {
 
 /// The members of a bank, where it is one: nothing tells the speed, or the flags of a bank do.
 fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>> {
-    let flags = [("--speeds", !args.speeds.is_empty()), ("--sizes", !args.sizes.is_empty())];
+    let flags = [("--speeds", !args.bank.speeds.is_empty()), ("--sizes", !args.bank.sizes.is_empty())];
     let asked = flags.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let auto = args.model.speed == Some(Speed::Auto);
     let ModelArgs { model: named, preset, rejection, localise, threshold, .. } = model;
@@ -297,12 +297,12 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
         || threshold.is_some()
         || args.dump.is_some();
     if asked.is_none() && !auto && particular {
-        return match args.contrast {
+        return match args.bank.contrast {
             Some(_) => Err(Failure::usage("--contrast is for a bank: name its --speeds, one or more")),
             None => Ok(None),
         };
     }
-    if !args.speeds.is_empty() && args.model.speed.is_some_and(|speed| speed != Speed::Auto) {
+    if !args.bank.speeds.is_empty() && args.model.speed.is_some_and(|speed| speed != Speed::Auto) {
         return Err(Failure::usage("--speed and --speeds both name speeds: give one of them"));
     }
     if args.dump.is_some() {
@@ -311,7 +311,7 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
             asked.unwrap_or("--speed auto")
         )));
     }
-    if let Some(wrong) = args.sizes.iter().find(|size| !(1.0..=LARGEST_TARGET).contains(*size)) {
+    if let Some(wrong) = args.bank.sizes.iter().find(|size| !(1.0..=LARGEST_TARGET).contains(*size)) {
         return Err(Failure::usage(format_args!(
             "--sizes has {wrong}, but sizes must be between 1 and {LARGEST_TARGET} px"
         )));
@@ -320,16 +320,16 @@ fn resolve_bank(args: &RunArgs, model: &ModelArgs) -> Outcome<Option<BankParams>
     let base = resolve_params(&ModelArgs { speed: None, ..model.clone() })?;
     let speed = match model.speed {
         Some(Speed::PerFrame(speed)) => vec![speed],
-        _ => args.speeds.clone(),
+        _ => args.bank.speeds.clone(),
     };
     let given = |list: &[f64]| !list.is_empty();
     let (speeds, sizes) =
-        (Some(&speed[..]).filter(|list| given(list)), Some(&args.sizes[..]).filter(|list| given(list)));
+        (Some(&speed[..]).filter(|list| given(list)), Some(&args.bank.sizes[..]).filter(|list| given(list)));
     let mut bank = match file {
         Some(file) if speeds.is_none() && sizes.is_none() => BankParams { base, ..file },
         _ => BankParams::choose(base, speeds, sizes),
     };
-    if let Some(contrast) = args.contrast {
+    if let Some(contrast) = args.bank.contrast {
         if !(0.0..=1.0).contains(&contrast) {
             return Err(Failure::usage(format_args!("--contrast is {contrast}, but it must be between 0 and 1")));
         }

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ModelArgs, OnError, RunArgs};
-use crate::source::{Place, RawFormat};
+use super::{BankArgs, FrameArgs, ModelArgs, RunArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,44 +33,11 @@ pub struct TuneArgs {
     #[command(flatten)]
     pub model: ModelArgs,
 
-    /// As for `run`: speeds of a bank, px/frame
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, help_heading = "Bank")]
-    pub speeds: Vec<f64>,
-    /// As for `run`: sizes of targets that a bank looks for, px
-    #[arg(
-        long,
-        alias = "size",
-        value_name = "LIST",
-        value_delimiter = ',',
-        allow_negative_numbers = true,
-        help_heading = "Bank"
-    )]
-    pub sizes: Vec<f64>,
-    /// As for `run`: least contrast of a bank's detections
-    #[arg(long, value_name = "C", allow_negative_numbers = true, help_heading = "Bank")]
-    pub contrast: Option<f32>,
+    #[command(flatten)]
+    pub bank: BankArgs,
 
-    /// First frame to use, or the first from this time on: 2.5s
-    #[arg(long, value_name = "N|SECONDS", default_value = "0", help_heading = "Input")]
-    pub start: Place,
-    /// Stop before this frame or time [default: after the last]
-    #[arg(long, value_name = "N|SECONDS", help_heading = "Input")]
-    pub stop: Option<Place>,
-    /// Use every N-th frame, or one each so many seconds: 0.1s
-    #[arg(long, value_name = "N|SECONDS", default_value = "1", help_heading = "Input")]
-    pub step: Place,
-    /// Frames a second of what tells no times
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true, help_heading = "Input")]
-    pub fps: Option<f64>,
-    /// Standard input is raw frames of this size
-    #[arg(long, value_name = "WxH[:FORMAT]", help_heading = "Input")]
-    pub raw: Option<RawFormat>,
-    /// Bits that 16-bit samples really use, 9 to 16
-    #[arg(long, value_name = "B", help_heading = "Input")]
-    pub bit_depth: Option<u32>,
-    /// What to do about a picture that cannot be used
-    #[arg(long, value_name = "WHAT", default_value = "stop", help_heading = "Input")]
-    pub on_error: OnError,
+    #[command(flatten)]
+    pub frames: FrameArgs,
 
     /// Threads that compute [default: one per core]
     #[arg(long, value_name = "N", help_heading = "Running")]
@@ -87,16 +53,8 @@ impl TuneArgs {
         RunArgs {
             input: self.input.clone(),
             model: self.model.clone(),
-            speeds: self.speeds.clone(),
-            sizes: self.sizes.clone(),
-            contrast: self.contrast,
-            start: self.start,
-            stop: self.stop,
-            step: self.step,
-            fps: self.fps,
-            raw: self.raw,
-            bit_depth: self.bit_depth,
-            on_error: self.on_error,
+            bank: self.bank.clone(),
+            frames: self.frames.clone(),
             threads: self.threads,
             quiet: self.quiet,
             no_tracks: true,
