@@ -1,22 +1,25 @@
 //! What the flags mean together: checked, defaults filled in, nothing left to decide while frames flow.
 
+mod dump;
 mod pictures;
+mod tracks;
 
 use std::collections::HashSet;
 use std::fs;
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::params::{Localise, RejectionMode};
-use apgstmd_core::{BankParams, MOST_THREADS, Machine, MissingStage, Model, ParamError, Params, Preset, Stage};
+use apgstmd_core::{BankParams, MOST_THREADS, Machine, Model, ParamError, Params, Preset};
 
+pub(crate) use self::dump::parse_range;
+pub use self::dump::{DumpSettings, FrameList};
 pub use self::pictures::PictureSettings;
+pub use self::tracks::TrackSettings;
 use crate::Outcome;
 use crate::args::{
     FalseAlarmsArg, Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch,
 };
 use crate::failure::{Failure, reason, without_snippet};
-use crate::sink::results::{SINGLE_FILES, TRACKS};
 use crate::source::{Input, InputFlags, Place, Selection, Span};
 
 /// Frames a second that something can have: one a day to a million.
@@ -79,111 +82,6 @@ pub enum Destination {
     Stdout,
 }
 
-/// What is written of tracks, and where.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrackSettings {
-    /// tracks.csv.
-    pub csv: Option<PathBuf>,
-    /// MOTChallenge text.
-    pub mot: Option<PathBuf>,
-    /// COCO JSON.
-    pub coco: Option<PathBuf>,
-    /// Side of the box that stands for a point, px.
-    pub box_size: f64,
-}
-
-impl TrackSettings {
-    /// Whether tracks are wanted at all.
-    pub fn any(&self) -> bool {
-        self.csv.is_some() || self.mot.is_some() || self.coco.is_some()
-    }
-
-    fn resolve(args: &RunArgs, params: &Params, destination: &Destination) -> Outcome<Self> {
-        const LARGEST: f64 = 1000.0;
-        if let Some(side) = args.box_size {
-            if args.mot.is_none() && args.coco.is_none() {
-                return Err(Failure::usage("--box-size is for --mot and --coco: tracks.csv holds points"));
-            }
-            if !(side > 0.0 && side <= LARGEST) {
-                return Err(Failure::usage(format_args!(
-                    "--box-size is {side}, but it must be a number of pixels above 0, at most {LARGEST}"
-                )));
-            }
-        }
-        let files = [("--mot", &args.mot), ("--coco", &args.coco)];
-        for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
-            check_file(flag, file, &args.input, args.force)?;
-            if let Destination::Folder(folder) = destination
-                && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(file))
-            {
-                return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
-            }
-        }
-        if let (Some(mot), Some(coco)) = (&args.mot, &args.coco)
-            && same_place(mot) == same_place(coco)
-        {
-            return Err(Failure::usage(format_args!("--mot and --coco are both {}", mot.display())));
-        }
-        let csv = match destination {
-            Destination::Folder(folder) if !args.no_tracks => Some(folder.join(TRACKS)),
-            _ => None,
-        };
-        Ok(Self {
-            csv,
-            mot: args.mot.clone(),
-            coco: args.coco.clone(),
-            box_size: args.box_size.unwrap_or_else(|| params.target_size()),
-        })
-    }
-}
-
-/// A file named on the command line, before anything is computed.
-fn check_file(flag: &str, file: &Path, input: &Path, force: bool) -> Outcome {
-    if file.file_name().is_none() || file.as_os_str() == "-" || file.is_dir() {
-        return Err(Failure::usage(format_args!(
-            "{flag} needs the name of a file, not {:?}",
-            file.display().to_string()
-        )));
-    }
-    if same_place(file) == same_place(input) {
-        return Err(Failure::usage(format_args!("{flag} {} would replace INPUT", file.display())));
-    }
-    if file.exists() && !force {
-        return Err(Failure::failed(format_args!("{} is there already", file.display()))
-            .hint(format_args!("choose another file with {flag}, or replace it with --force")));
-    }
-    Ok(())
-}
-
-/// The same for two names of one file, whether it is there or not.
-fn same_place(file: &Path) -> PathBuf {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    match (file.canonicalize(), folder.canonicalize(), file.file_name()) {
-        (Ok(full), ..) => full,
-        (_, Ok(folder), Some(name)) => folder.join(name),
-        _ => file.to_owned(),
-    }
-}
-
-/// Which inner maps go where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DumpSettings {
-    /// The stages.
-    pub stages: Vec<Stage>,
-    /// The frames; `None` is all.
-    pub frames: Option<FrameList>,
-    /// The folder.
-    pub folder: PathBuf,
-}
-
-impl DumpSettings {
-    /// The stages to write of `frame`.
-    pub fn stages_of(&self, frame: usize) -> &[Stage] {
-        let wanted = self.frames.as_ref().is_none_or(|frames| frames.contains(frame));
-        if wanted { &self.stages } else { &[] }
-    }
-}
-
 impl RunSettings {
     /// Checks the flags, reads the parameter file, lists the pictures.
     ///
@@ -239,20 +137,7 @@ impl RunSettings {
         }
         let tracks = TrackSettings::resolve(&args, &params, &destination)?;
         let pictures = PictureSettings::resolve(&args, &tracks, &destination)?;
-        let dump = match args.dump {
-            None => None,
-            Some(stages) => Some(DumpSettings {
-                stages: stage_list(&stages, params.model)?,
-                frames: args.dump_frames.map(|list| FrameList::parse(&list, span, selection.as_ref())).transpose()?,
-                folder: match (args.dump_dir, &destination) {
-                    (Some(folder), _) => folder,
-                    (None, Destination::Folder(folder)) => folder.join("dump"),
-                    (None, Destination::Stdout) => {
-                        return Err(Failure::usage("--dump with --out - needs --dump-dir DIR"));
-                    }
-                },
-            }),
-        };
+        let dump = DumpSettings::resolve(&args, params.model, (span, selection.as_ref()), &destination)?;
         Ok(Self {
             input: args.input,
             source,
@@ -468,105 +353,9 @@ fn destination(out: Option<PathBuf>, input: &Path, source: &Input) -> Outcome<De
     Ok(Destination::Folder(folder))
 }
 
-fn stage_list(text: &str, model: Model) -> Outcome<Vec<Stage>> {
-    let mut stages = Vec::new();
-    for name in text.split(',').map(str::trim).filter(|name| !name.is_empty()) {
-        if name.eq_ignore_ascii_case("all") {
-            stages.extend(model.stages());
-        } else {
-            let stage: Stage = name.parse().map_err(|error| Failure::usage(format_args!("--dump: {error}, or ALL")))?;
-            if !model.stages().contains(&stage) {
-                return Err(Failure::usage(format_args!("--dump: {}, or ALL", MissingStage { stage, model })));
-            }
-            stages.push(stage);
-        }
-    }
-    if stages.is_empty() {
-        return Err(Failure::usage("--dump names no stage: e.g. --dump E,Q, or --dump ALL"));
-    }
-    let mut seen = HashSet::new();
-    stages.retain(|stage| seen.insert(*stage));
-    Ok(stages)
-}
-
-/// Frames and ranges of frames, both ends included.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FrameList(Vec<RangeInclusive<usize>>);
-
-impl FrameList {
-    /// Whether the list names `frame`.
-    pub fn contains(&self, frame: usize) -> bool {
-        self.0.iter().any(|range| range.contains(&frame))
-    }
-
-    /// `selection` are the frames of `span` where they are known.
-    fn parse(text: &str, span: Span, selection: Option<&Selection>) -> Outcome<Self> {
-        let mut ranges = Vec::new();
-        for item in text.split(',').map(str::trim).filter(|item| !item.is_empty()) {
-            let range = parse_range(item).ok_or_else(|| {
-                Failure::usage(format_args!("--dump-frames: `{item}` is no frame number or range such as 120..130"))
-            })?;
-            let (first, last) = (*range.start(), *range.end());
-            if first > last {
-                return Err(Failure::usage(format_args!("--dump-frames: the range {item} ends before it starts")));
-            }
-            if let Some((start, end)) =
-                selection.and_then(|used| Some((*used.frames().first()?, *used.frames().last()?)))
-            {
-                let in_run = |frame: usize| (start..=end).contains(&frame);
-                let used = |frame| selection.is_some_and(|used| used.contains(frame));
-                if !in_run(first) || !in_run(last) || !range.clone().any(used) {
-                    return Err(Failure::usage(format_args!(
-                        "--dump-frames: {item} is not in this run, which uses frames {start} to {end} in steps of {}",
-                        span.step
-                    )));
-                }
-            }
-            ranges.push(range);
-        }
-        if ranges.is_empty() {
-            return Err(Failure::usage("--dump-frames names no frame: e.g. 60,120..130"));
-        }
-        Ok(Self(ranges))
-    }
-}
-
-/// `7` or `3..9`, both ends included.
-pub(crate) fn parse_range(item: &str) -> Option<RangeInclusive<usize>> {
-    match item.split_once("..") {
-        None => item.parse().ok().map(|frame| frame..=frame),
-        Some((first, last)) => Some(first.trim().parse().ok()?..=last.trim_start_matches('=').trim().parse().ok()?),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn frame_lists() {
-        let span = Span::new(Place::Frames(10), Some(Place::Frames(200)), Place::Frames(2)).unwrap();
-        let selection = span.of(500, None).unwrap();
-        let parse = |text| FrameList::parse(text, span, Some(&selection));
-        let list = parse("60, 120..130").unwrap();
-        assert!(list.contains(60) && list.contains(120) && list.contains(130));
-        assert!(!list.contains(61) && !list.contains(131));
-        for bad in ["", "x", "61", "8", "500", "190..210", "20..10", "1..", "-3"] {
-            assert!(parse(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn stage_lists() {
-        let of = |text, model| stage_list(text, model);
-        assert_eq!(of("E,Q,E", Model::ApgStmd).unwrap(), [Stage::E, Stage::Q]);
-        assert_eq!(of("ALL", Model::ApgStmd).unwrap(), Model::ApgStmd.stages());
-        assert_eq!(of("all", Model::Estmd).unwrap(), Model::Estmd.stages());
-        for (text, model, said) in [("E,X", Model::ApgStmd, "Tm1_4"), ("Q", Model::Estmd, "estmd has no stage `Q`")] {
-            let Err(Failure::Usage(message)) = of(text, model) else { panic!("{model} has no {text}") };
-            assert!(format!("{message:?}").contains(said), "{message:?}");
-        }
-    }
 
     #[test]
     fn models_and_presets() {

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{Destination, TrackSettings, check_file, same_place};
+use super::Destination;
+use super::tracks::{TrackSettings, check_file, same_place};
 use crate::Outcome;
 use crate::args::RunArgs;
 use crate::failure::Failure;

@@ -1,0 +1,97 @@
+//! Files of tracks: tracks.csv, `--mot`, `--coco`, `--box-size`.
+
+use std::path::{Path, PathBuf};
+
+use apgstmd_core::Params;
+
+use super::Destination;
+use crate::Outcome;
+use crate::args::RunArgs;
+use crate::failure::Failure;
+use crate::sink::results::{SINGLE_FILES, TRACKS};
+
+/// What is written of tracks, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackSettings {
+    /// tracks.csv.
+    pub csv: Option<PathBuf>,
+    /// MOTChallenge text.
+    pub mot: Option<PathBuf>,
+    /// COCO JSON.
+    pub coco: Option<PathBuf>,
+    /// Side of the box that stands for a point, px.
+    pub box_size: f64,
+}
+
+impl TrackSettings {
+    /// Whether tracks are wanted at all.
+    pub fn any(&self) -> bool {
+        self.csv.is_some() || self.mot.is_some() || self.coco.is_some()
+    }
+
+    pub(super) fn resolve(args: &RunArgs, params: &Params, destination: &Destination) -> Outcome<Self> {
+        const LARGEST: f64 = 1000.0;
+        if let Some(side) = args.box_size {
+            if args.mot.is_none() && args.coco.is_none() {
+                return Err(Failure::usage("--box-size is for --mot and --coco: tracks.csv holds points"));
+            }
+            if !(side > 0.0 && side <= LARGEST) {
+                return Err(Failure::usage(format_args!(
+                    "--box-size is {side}, but it must be a number of pixels above 0, at most {LARGEST}"
+                )));
+            }
+        }
+        let files = [("--mot", &args.mot), ("--coco", &args.coco)];
+        for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
+            check_file(flag, file, &args.input, args.force)?;
+            if let Destination::Folder(folder) = destination
+                && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(file))
+            {
+                return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
+            }
+        }
+        if let (Some(mot), Some(coco)) = (&args.mot, &args.coco)
+            && same_place(mot) == same_place(coco)
+        {
+            return Err(Failure::usage(format_args!("--mot and --coco are both {}", mot.display())));
+        }
+        let csv = match destination {
+            Destination::Folder(folder) if !args.no_tracks => Some(folder.join(TRACKS)),
+            _ => None,
+        };
+        Ok(Self {
+            csv,
+            mot: args.mot.clone(),
+            coco: args.coco.clone(),
+            box_size: args.box_size.unwrap_or_else(|| params.target_size()),
+        })
+    }
+}
+
+/// A file named on the command line, before anything is computed.
+pub(super) fn check_file(flag: &str, file: &Path, input: &Path, force: bool) -> Outcome {
+    if file.file_name().is_none() || file.as_os_str() == "-" || file.is_dir() {
+        return Err(Failure::usage(format_args!(
+            "{flag} needs the name of a file, not {:?}",
+            file.display().to_string()
+        )));
+    }
+    if same_place(file) == same_place(input) {
+        return Err(Failure::usage(format_args!("{flag} {} would replace INPUT", file.display())));
+    }
+    if file.exists() && !force {
+        return Err(Failure::failed(format_args!("{} is there already", file.display()))
+            .hint(format_args!("choose another file with {flag}, or replace it with --force")));
+    }
+    Ok(())
+}
+
+/// The same for two names of one file, whether it is there or not.
+pub(super) fn same_place(file: &Path) -> PathBuf {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (file.canonicalize(), folder.canonicalize(), file.file_name()) {
+        (Ok(full), ..) => full,
+        (_, Ok(folder), Some(name)) => folder.join(name),
+        _ => file.to_owned(),
+    }
+}
