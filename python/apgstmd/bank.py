@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any, Unpack
 
 from numpy.typing import NDArray
 
 from . import _core
-from .detector import _check_size
 from .options import Model, ParamFile, Parameters, Preset, Rejection, _read, resolve, whole
 from .results import BankDetections, EgoMotion, Output
+from .stream import Stream, check_size
 
 
-class Bank:
+class Bank(Stream):
     """Finds small moving targets of unknown speed and size in a stream of frames of one size.
 
     Parameters
@@ -43,7 +42,9 @@ class Bank:
     (True, True, True)
     """
 
-    __slots__ = ("_core", "_shape", "__weakref__")
+    __slots__ = ()
+
+    _core: _core.Bank
 
     def __init__(
         self,
@@ -61,7 +62,7 @@ class Bank:
         params: ParamFile | None = None,
         **parameters: Unpack[Parameters],
     ) -> None:
-        self._shape = _check_size(size)
+        self._shape = check_size(size)
         for single, instead in (("speed", "speeds"), ("localise", "a Detector")):
             if single in parameters:
                 raise TypeError(f"there is no parameter {single!r}: did you mean {instead!r}?")
@@ -87,39 +88,10 @@ class Bank:
         )
         return Output(found, response, direction, shift, EgoMotion(*ego), cut)
 
-    def reset(self) -> None:
-        """Forgets everything seen: the next frame is a first frame."""
-        self._core.reset()
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(height, width) of the frames it takes."""
-        return self._shape
-
     @property
     def members(self) -> list[tuple[float, float]]:
         """Speed in px/frame and size in px of each member that the frames are large enough for."""
         return self._core.members
-
-    @property
-    def params(self) -> dict[str, Any]:
-        """`model` and every parameter that the members have in common, section by section: a copy."""
-        return tomllib.loads(self._core.params)
-
-    @property
-    def threads(self) -> int:
-        """Number of threads it computes with."""
-        return self._core.threads
-
-    @property
-    def latency(self) -> int:
-        """Frames from the onset of a target to its complete response, the longest of a member."""
-        return self._core.latency
-
-    @property
-    def frames(self) -> int:
-        """Frames processed since construction or the last reset."""
-        return self._core.frames()
 
     def __reduce__(self) -> Any:
         raise TypeError("a bank cannot be copied or pickled: make another one")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import operator
-import tomllib
 from typing import Any, Unpack
 
 import numpy as np
@@ -12,9 +10,10 @@ from numpy.typing import NDArray
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import Detections, EgoMotion, Output
+from .stream import Stream, check_size
 
 
-class Detector:
+class Detector(Stream):
     """Finds small moving targets in a stream of frames of one size.
 
     Parameters
@@ -54,7 +53,9 @@ class Detector:
     (True, True, True)
     """
 
-    __slots__ = ("_core", "_shape", "__weakref__")
+    __slots__ = ()
+
+    _core: _core.Detector
 
     def __init__(
         self,
@@ -71,7 +72,7 @@ class Detector:
         params: ParamFile | None = None,
         **parameters: Unpack[Parameters],
     ) -> None:
-        self._shape = _check_size(size)
+        self._shape = check_size(size)
         text = resolve(
             model, preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth")
         )
@@ -106,48 +107,19 @@ class Detector:
         """Names of the inner stages that the model has, in the order of the data flow; `apgstmd.STAGES` has all."""
         return self._core.stages
 
-    def reset(self) -> None:
-        """Forgets everything seen: the next frame is a first frame."""
-        self._core.reset()
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(height, width) of the frames it takes."""
-        return self._shape
-
     @property
     def model(self) -> str:
         """Name of its model."""
         return self._core.model
-
-    @property
-    def params(self) -> dict[str, Any]:
-        """`model` and every parameter, section by section: a copy, to be given as `params=` to another detector."""
-        return tomllib.loads(self._core.params)
 
     def params_toml(self) -> str:
         """The full parameter file with comments, for `params=` or the command line's `--params`."""
         return self._core.params
 
     @property
-    def threads(self) -> int:
-        """Number of threads it computes with."""
-        return self._core.threads
-
-    @property
-    def latency(self) -> int:
-        """Frames from the onset of a matched target to its complete response. Detections come earlier."""
-        return self._core.latency
-
-    @property
     def lag(self) -> float:
         """How far the response trails the target, px: what `localise="target"` adds along the direction."""
         return self._core.lag
-
-    @property
-    def frames(self) -> int:
-        """Frames processed since construction or the last reset."""
-        return self._core.frames()
 
     def __reduce__(self) -> Any:
         raise TypeError("a detector cannot be copied or pickled: make another one with params=detector.params")
@@ -159,13 +131,3 @@ class Detector:
             f"Detector(({height}, {width}), model={self.model!r}, v_opt={params['prediction']['v_opt']:g} px/frame, "
             f"rejection={params['rejection']['mode']!r}, threads={self.threads})"
         )
-
-
-def _check_size(size: tuple[int, int]) -> tuple[int, int]:
-    try:
-        height, width = map(operator.index, size)
-    except (TypeError, ValueError):
-        raise TypeError(f"size must be (height, width), two whole numbers, not {size!r}") from None
-    if min(height, width) < 0 or max(height, width) >= 1 << 31:
-        raise ValueError(f"size must be (height, width) in pixels, not {size!r}")
-    return height, width
