@@ -215,7 +215,7 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
                 "in {} the picture does not tell how the camera moved, and is taken to stand still",
                 count(report.background.unexplained, "frame")
             ),
-            "what is found there may belong to the background",
+            "before a plain sky that is as it should be; elsewhere what is found there may belong to the background",
         ));
     }
     if let Some(first) = report.skipped.first() {
