@@ -7,8 +7,12 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::detection::Detection;
+use crate::frame::Size;
 use crate::memory::heap;
+use crate::state::{Origin, Remember, State, StateError, Visit};
 
 /// Frames that are remembered.
 const WINDOW: u64 = 1000;
@@ -25,7 +29,7 @@ const APART: f64 = 1.0;
 const LEAST_ROWS: f64 = 10.0;
 const TAIL: f64 = 5.0;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Row {
     frame: u64,
     trace: u64,
@@ -62,6 +66,26 @@ pub struct FalseAlarms {
     window: VecDeque<Row>,
     sorted: Vec<Row>,
     counts: Vec<u32>,
+}
+
+/// Of its states.
+const KIND: &str = "alarms";
+
+fn origin() -> Origin {
+    State::origin_here(KIND, Size::new(0, 0), String::new())
+}
+
+impl Remember for FalseAlarms {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("frames", &mut self.frames)?;
+        let most = WINDOW as usize * MOST_ROWS;
+        let sound = |rows: &Vec<Row>| rows.len() <= most && rows.iter().all(|row| row.score.is_finite());
+        if let Some(rows) = visit.record("window", || self.window.iter().copied().collect(), sound)? {
+            self.window.clear();
+            self.window.extend(rows);
+        }
+        Ok(())
+    }
 }
 
 impl Default for FalseAlarms {
@@ -136,6 +160,21 @@ impl FalseAlarms {
         take_out_targets(sorted, counts, lasting, rate.max(APART) * frames as f64);
         sorted.retain(|row| counts[row.index as usize] <= lasting);
         at_rate(sorted, rate * frames as f64)
+    }
+
+    /// All that it remembers: see [`crate::Detector::state`].
+    pub fn state(&mut self) -> State {
+        State::of(origin(), self)
+    }
+
+    /// Takes up a state.
+    ///
+    /// # Errors
+    /// As [`crate::Detector::restore`].
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check(&origin(), KIND, self)?;
+        state.load(self);
+        Ok(())
     }
 
     /// As before the first frame.

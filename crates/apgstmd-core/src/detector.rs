@@ -11,7 +11,18 @@ use crate::plane::Plane;
 use crate::probe::Probe;
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::state::{Origin, Remember, State, StateError, Visit};
 use crate::timing::Timing;
+
+/// Of its states.
+const KIND: &str = "detector";
+
+impl Remember for Detector {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("processed", &mut self.frames)?;
+        self.model.show(visit)
+    }
+}
 
 /// Fewest rows and columns of a frame.
 pub const LEAST_SIDE: usize = 16;
@@ -273,6 +284,28 @@ impl Detector {
     /// The inner stages of the last frame.
     pub fn probe(&self) -> Probe<'_> {
         Probe::new(self.params.model, &*self.model, self.workers.simd())
+    }
+
+    /// All that it remembers of the frames so far. It stays as it is: one walk serves saving and restoring, hence `mut`.
+    pub fn state(&mut self) -> State {
+        State::of(self.origin(), self)
+    }
+
+    /// Takes up a state: it goes on to the bit as the detector that the state is of, which may have had other threads. The
+    /// inner maps that [`Detector::probe`] shows are zero until the next frame.
+    ///
+    /// # Errors
+    /// A state of another version, kind, frame size or of other parameters, or that holds what cannot be. The detector
+    /// is then as before.
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check(&self.origin(), KIND, self)?;
+        self.reset();
+        state.load(self);
+        Ok(())
+    }
+
+    fn origin(&self) -> Origin {
+        State::origin_here(KIND, self.size(), self.params.to_toml())
     }
 
     /// Forgets everything seen: the next frame is a first frame.

@@ -34,6 +34,7 @@ mod plane;
 mod probe;
 mod row;
 mod stage;
+pub mod state;
 pub mod stimulus;
 mod tiles;
 mod timing;
@@ -49,6 +50,7 @@ pub use memory::Memory;
 pub use params::{Model, Params, Preset, UnknownModel};
 pub use probe::{MissingStage, Probe, Stage, UnknownStage};
 pub use row::machine::{Machine, SimdLevel, UnknownSimdLevel};
+pub use state::{State, StateError};
 pub use timing::Timing;
 pub use tracking::Tracker;
 

@@ -4,6 +4,8 @@
 //! contrast 1)^(1/3), since Q is cubic in contrast, and of the spot's difference from its surround against the
 //! ideal target's. Either alone is fooled: the response by strong edges, the spot by whatever stands still.
 
+use serde::{Deserialize, Serialize};
+
 use super::params::{BankParams, Member};
 use super::pyramid::Level;
 use super::spot::{Ideal, Profile, places};
@@ -15,6 +17,7 @@ use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
 use crate::row::machine::{Machine, SimdLevel};
+use crate::state::{Remember, StateError, Visit};
 use crate::timing::Timing;
 
 /// Frames after which a trace that is not seen is forgotten.
@@ -23,7 +26,7 @@ const FORGOTTEN: u64 = 16;
 const MOST_POINTS: f32 = 60.0;
 
 /// What a bank remembers of a trace of a member.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Known {
     pub trace: u64,
     /// Frame it was last seen in.
@@ -71,6 +74,23 @@ pub(super) struct Running {
 impl Heap for Running {
     fn heap(&self) -> Memory {
         self.detector.memory() + self.known.heap() + self.candidates.heap()
+    }
+}
+
+impl Remember for Running {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("detector", &mut self.detector)?;
+        let most = self.known.capacity();
+        let sound = |known: &Vec<Known>| {
+            known.len() <= most
+                && known.is_sorted_by(|a, b| a.trace < b.trace)
+                && known.iter().all(|known| known.profile.is_sound())
+        };
+        if let Some(known) = visit.record("known", || self.known.clone(), sound)? {
+            self.known.clear();
+            self.known.extend(known);
+        }
+        Ok(())
     }
 }
 
@@ -140,7 +160,7 @@ impl Running {
             .process_timed(frame, seen, &mut self.timing)
             .expect("a level has the size of its members and luminance in [0, 1]");
         let now = self.detector.frames();
-        self.known.retain(|known| now - known.last <= FORGOTTEN);
+        self.known.retain(|known| now.saturating_sub(known.last) <= FORGOTTEN);
         self.candidates.clear();
         for found in &seen.detections {
             let index = match self.known.binary_search_by_key(&found.trace, |known| known.trace) {

@@ -6,6 +6,7 @@
 use super::member::{Candidate, Running};
 use crate::detection::Detection;
 use crate::memory::heap;
+use crate::state::remember;
 
 /// Within so many px of the full picture detections at scale 1 are of one target.
 const NEAR: f32 = 6.0;
@@ -34,6 +35,7 @@ pub(super) struct Merge {
 }
 
 heap!(Merge { ranked, best, given });
+remember!(Merge { next_id });
 
 const NONE: usize = usize::MAX;
 

@@ -22,6 +22,7 @@ use crate::model::lag;
 use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::state::{Origin, Remember, State, StateError, Visit};
 use crate::timing::Timing;
 use member::Running;
 use merge::Merge;
@@ -61,6 +62,17 @@ pub struct Bank {
     seen: Vec<Response>,
     merge: Merge,
     workers: Workers,
+}
+
+/// Of its states.
+const KIND: &str = "bank";
+
+impl Remember for Bank {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("processed", &mut self.frames)?;
+        visit.part("merge", &mut self.merge)?;
+        self.members.iter_mut().enumerate().try_for_each(|(index, member)| visit.part(&index.to_string(), member))
+    }
 }
 
 impl Bank {
@@ -231,6 +243,26 @@ impl Bank {
         let mut response = self.make_response();
         self.process_into(frame, &mut response)?;
         Ok(response)
+    }
+
+    /// All that it remembers of the frames so far: see [`crate::Detector::state`].
+    pub fn state(&mut self) -> State {
+        State::of(self.origin(), self)
+    }
+
+    /// Takes up a state: it goes on to the bit as the bank that the state is of.
+    ///
+    /// # Errors
+    /// As [`crate::Detector::restore`].
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check(&self.origin(), KIND, self)?;
+        self.reset();
+        state.load(self);
+        Ok(())
+    }
+
+    fn origin(&self) -> Origin {
+        State::origin_here(KIND, self.size(), self.params.to_toml())
     }
 
     /// Forgets everything seen: the next frame is a first frame.

@@ -10,6 +10,8 @@
 //! points `RING` px to either side is what lies around; it is the smallest of the four differences where all have one
 //! sign, else 0. Edges and lines give nothing.
 
+use serde::{Deserialize, Serialize};
+
 use crate::memory::heap;
 use crate::model::lag::{SIDE, covered};
 use crate::params::RetinaParams;
@@ -29,7 +31,7 @@ pub(super) const MOST: usize = 25;
 const MEMORY: f32 = 30.0;
 
 /// Differences from the surround along the direction of motion, one a pixel, averaged over a trace.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Profile {
     values: [f32; MOST],
     count: f32,
@@ -53,6 +55,10 @@ pub(super) fn places(lag: f32) -> usize {
 
 impl Profile {
     pub const EMPTY: Self = Self { values: [0.0; MOST], count: 0.0 };
+
+    pub fn is_sound(&self) -> bool {
+        self.values.iter().chain([&self.count]).all(|value| value.is_finite())
+    }
 
     /// Adds what is seen along `direction` from (x, y).
     pub fn add(&mut self, p: &Plane, (x, y): (f32, f32), direction: f32, places: usize) {

@@ -7,6 +7,7 @@ use crate::memory::heap;
 use crate::plane::{Buffer, Plane, padded};
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
+use crate::state::remember;
 
 pub(crate) struct LowPass {
     height: usize,
@@ -15,6 +16,7 @@ pub(crate) struct LowPass {
 }
 
 heap!(LowPass { taps, state });
+remember!(LowPass { state });
 
 impl LowPass {
     pub fn new(size: Size, tau: f64) -> Self {

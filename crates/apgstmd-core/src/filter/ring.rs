@@ -8,6 +8,7 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::{Buffer, padded};
 use crate::row::bands::Rows;
+use crate::state::{Remember, StateError, Visit};
 
 /// Ring buffer of frames, newest first. Frames before the first are zero.
 pub(crate) struct FrameRing {
@@ -20,6 +21,13 @@ pub(crate) struct FrameRing {
 }
 
 heap!(FrameRing { data });
+
+impl Remember for FrameRing {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.index("newest", &mut self.newest, self.capacity)?;
+        visit.part("data", &mut self.data)
+    }
+}
 
 impl FrameRing {
     pub fn new(size: Size, capacity: usize) -> Self {

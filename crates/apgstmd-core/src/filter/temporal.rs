@@ -15,6 +15,7 @@ use crate::plane::{Buffer, Plane, Series, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::mix::subtract;
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
+use crate::state::{Remember, StateError, Visit, remember};
 
 /// Most frames that are computed together.
 pub(crate) const MOST_TOGETHER: usize = 8;
@@ -37,12 +38,25 @@ enum Engine<const K: usize> {
 }
 
 heap!(const K => TemporalFilter<K> { engine, scratch });
+remember!(const K => TemporalFilter<K> { engine });
 
 impl<const K: usize> Heap for Engine<K> {
     fn heap(&self) -> Memory {
         match self {
             Self::Cascade(groups) => groups.heap(),
             Self::Fir { ring, taps } => ring.heap() + taps.heap(),
+        }
+    }
+}
+
+impl<const K: usize> Remember for Engine<K> {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        match self {
+            Self::Cascade(groups) => groups
+                .iter_mut()
+                .enumerate()
+                .try_for_each(|(index, (_, states))| visit.part(&format!("states{index}"), states)),
+            Self::Fir { ring, .. } => visit.part("ring", ring),
         }
     }
 }

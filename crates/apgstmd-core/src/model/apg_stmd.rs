@@ -24,6 +24,7 @@ use crate::stage::prediction::Prediction;
 use crate::stage::readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::state::remember;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct ApgStmd {
@@ -43,6 +44,7 @@ pub(crate) struct ApgStmd {
 }
 
 heap!(ApgStmd { p, l, retina, attention, lamina, medulla, lobula, rejection, prediction, facilitation, memorizer });
+remember!(ApgStmd { frames, p, attention, lamina, medulla, rejection, prediction, memorizer });
 
 impl ApgStmd {
     /// For `together` frames at once, the horizon at most: within it no frame waits for what another predicts.

@@ -20,6 +20,7 @@ use crate::stage::lamina_inhibition::LaminaInhibition;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::state::remember;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Cascaded {
@@ -35,6 +36,7 @@ pub(crate) struct Cascaded {
 }
 
 heap!(Cascaded { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout });
+remember!(Cascaded { p, lamina, lamina_inhibition, estmd, emd, rejection });
 
 impl Cascaded {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -21,6 +21,7 @@ use crate::stage::medulla::Medulla;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::state::remember;
 use crate::tiles::Grid;
 use crate::timing::{Clock, Part, Timing};
 
@@ -37,6 +38,7 @@ pub(crate) struct Dstmd {
 }
 
 heap!(Dstmd { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout });
+remember!(Dstmd { p, lamina, lamina_inhibition, medulla, rejection });
 
 impl Dstmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

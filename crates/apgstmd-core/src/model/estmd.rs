@@ -19,6 +19,7 @@ use crate::stage::lamina_inhibition::LaminaInhibition;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::state::remember;
 use crate::timing::{Clock, Part, Timing};
 
 pub(crate) struct Estmd {
@@ -33,6 +34,7 @@ pub(crate) struct Estmd {
 }
 
 heap!(Estmd { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout });
+remember!(Estmd { p, lamina, lamina_inhibition, estmd, rejection });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -18,11 +18,12 @@ use crate::probe::Stage;
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
 use crate::stage::rejection::Responses;
+use crate::state::Remember;
 use crate::tiles::Area;
 use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
-pub(crate) trait Wiring: Heap + Send + Sync {
+pub(crate) trait Wiring: Heap + Remember + Send + Sync {
     /// One time step. Detections stand where the response peaks.
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 

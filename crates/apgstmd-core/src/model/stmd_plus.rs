@@ -20,6 +20,7 @@ use crate::stage::medulla::Medulla;
 use crate::stage::readout::Readout;
 use crate::stage::rejection::Rejection;
 use crate::stage::retina::Retina;
+use crate::state::remember;
 use crate::tiles::Grid;
 use crate::timing::{Clock, Part, Timing};
 
@@ -35,6 +36,7 @@ pub(crate) struct StmdPlus {
 }
 
 heap!(StmdPlus { p, l, retina, lamina, medulla, lobula, rejection, readout });
+remember!(StmdPlus { p, lamina, medulla, rejection });
 
 impl StmdPlus {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

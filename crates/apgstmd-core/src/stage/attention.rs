@@ -15,6 +15,7 @@ use crate::row::mix::blend;
 use crate::row::tile::fade_row;
 use crate::stage::memorizer::Gains;
 use crate::stage::speckle::Speckle;
+use crate::state::{Remember, StateError, Visit, remember};
 use crate::tiles::{Grid, PerTile, TILE};
 
 /// A faded region below this is over: what it still adds to P_e is below the resolution of P.
@@ -58,6 +59,21 @@ struct Steps {
 
 heap!(Steps { whole, added, set });
 heap!(Attention { speckle, region, masked, active, attended, a, pe, steps });
+remember!(Steps { whole });
+
+impl Remember for Attention {
+    /// The rest is made anew from these, where it is read.
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("fresh", &mut self.fresh)?;
+        visit.part("region", &mut self.region)?;
+        visit.part("active", &mut self.active)?;
+        visit.part("attended", &mut self.attended)?;
+        match &mut self.steps {
+            None => visit.part("pe", &mut self.pe),
+            Some(steps) => visit.part("steps", steps),
+        }
+    }
+}
 
 impl Attention {
     /// For `together` frames at once.

@@ -11,6 +11,7 @@ use crate::params::{BackgroundMotion, Params, RejectionMode};
 use crate::plane::Plane;
 use crate::stage::similarity::Similarity;
 use crate::stage::translation::Translation;
+use crate::state::{Remember, StateError, Visit, remember};
 
 /// A similarity of the plane: a place at (u, v) from the middle moves by shift + (stretch u - turn v, turn u + stretch v).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +105,17 @@ pub(crate) struct Background {
 
 heap!(Finding);
 heap!(Background { estimator, found });
+remember!(Background { estimator });
+
+impl Remember for Estimator {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        match self {
+            Self::Off => Ok(()),
+            Self::Translation(translation) => translation.show(visit),
+            Self::Similarity(similarity) => similarity.show(visit),
+        }
+    }
+}
 
 impl Background {
     /// For `together` frames at once.

@@ -17,6 +17,7 @@ use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::opponent::multiply;
 use crate::row::recurse::Prepare;
 use crate::stage::lobula::lateral;
+use crate::state::remember;
 
 pub(crate) struct Estmd {
     lateral: Lateral,
@@ -31,6 +32,7 @@ pub(crate) struct Estmd {
 }
 
 heap!(Estmd { lateral, on, off, off_delayed, y, delay, scratch });
+remember!(Estmd { delay });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -12,6 +12,7 @@ use crate::params::{LaminaParams, TemporalEngine};
 use crate::plane::{Plane, Series};
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::state::remember;
 
 pub(crate) struct Lamina {
     first: bool,
@@ -19,6 +20,7 @@ pub(crate) struct Lamina {
 }
 
 heap!(Lamina { filter });
+remember!(Lamina { first, filter });
 
 impl Lamina {
     pub fn new(size: Size, params: &LaminaParams, engine: TemporalEngine, threads: usize) -> Self {

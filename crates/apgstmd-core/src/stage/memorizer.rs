@@ -7,6 +7,7 @@ use crate::DIRECTIONS;
 use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
 use crate::plane::Buffer;
+use crate::state::{Remember, StateError, Visit};
 use crate::tiles::{Area, Grid, TILE};
 
 /// Values of one tile of one map.
@@ -30,6 +31,41 @@ pub(crate) struct Gains {
 }
 
 heap!(Memorizer { ring });
+
+impl Remember for Memorizer {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.index("now", &mut self.now, self.ring.len())?;
+        self.ring.iter_mut().enumerate().try_for_each(|(index, gains)| visit.part(&index.to_string(), gains))
+    }
+}
+
+impl Remember for Gains {
+    /// Blocks are given by tile, those that there are by their values.
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let tiles = self.block.len();
+        let used = |mask: &[u8]| mask.iter().filter(|mask| **mask != 0).count();
+        visit.part("peak", &mut self.peak)?;
+        let mut there = 0;
+        let count = |mask: &[u8]| {
+            there = used(mask);
+            mask.len() == tiles
+        };
+        let mask = visit.some_values("mask", tiles, || self.mask.clone(), count)?;
+        let blocks = || {
+            let of = |tile: usize| self.tile(tile).map(|block| block.0);
+            (0..tiles).filter_map(of).flatten().copied().collect()
+        };
+        let data = visit.some_values("blocks", tiles * BLOCK, blocks, |data| data.len() == there * BLOCK)?;
+        let (Some(mask), Some(data)) = (mask, data) else { return Ok(()) };
+        self.blocks(used(mask)).copy_from_slice(data);
+        let mut next = 0;
+        for (tile, mask) in mask.iter().enumerate() {
+            self.set(tile, next, *mask);
+            next += usize::from(*mask != 0);
+        }
+        Ok(())
+    }
+}
 
 impl Heap for Gains {
     fn heap(&self) -> Memory {

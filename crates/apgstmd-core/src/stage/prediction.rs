@@ -17,6 +17,7 @@ use crate::row::mix::accumulate;
 use crate::row::tile::{ROWS, TileKernel, correlate_tile};
 use crate::stage::memorizer::{BLOCK, Memorizer, TILE_AREA};
 use crate::stage::source::Source;
+use crate::state::remember;
 use crate::tiles::{Grid, TILE};
 
 pub(crate) struct Prediction {
@@ -50,6 +51,7 @@ struct Job {
 
 heap!(Job);
 heap!(Prediction { kernels, most, source, jobs, scratch });
+remember!(Prediction { peak });
 
 /// Radius of W_p: v_opt dt + 3 zeta.
 pub(crate) fn reach(params: &Params) -> usize {

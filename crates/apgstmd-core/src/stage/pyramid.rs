@@ -9,6 +9,7 @@ use crate::memory::{Heap, Memory, heap};
 use crate::plane::{Plane, padded};
 use crate::row::warp::{Line, OUTSIDE, Picture, SUMS, compare, disagreement, halve, normal};
 use crate::stage::background::Motion;
+use crate::state::{Remember, StateError, Visit};
 
 /// A level is halved while its shorter side is at least this, px.
 const HALVED_FROM: usize = 64;
@@ -41,6 +42,14 @@ pub(crate) struct Scale {
 }
 
 heap!(Scale { across, last, gradient });
+
+impl Remember for Scale {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("last", &mut self.last)?;
+        visit.part("gradient", &mut self.gradient)?;
+        visit.index("structured", &mut self.structured, self.rows * self.columns + 1)
+    }
+}
 
 /// The levels of a picture, the finest first: at most `finest` samples there and `between` on the others. Last comes the
 /// coarsest, with all its pixels; where the picture is not halved at all, it is the finest once more.

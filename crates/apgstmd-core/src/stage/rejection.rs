@@ -13,6 +13,7 @@ use crate::row::bands::{Bands, Rows};
 use crate::stage::background::{Background, Finding};
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
 use crate::stage::traces::{Point, Trace, Traces};
+use crate::state::remember;
 use crate::tiles::{Area, Grid};
 
 /// N: maps of E, 8 directions or one that has none.
@@ -90,6 +91,7 @@ struct Least {
 }
 
 heap!(const N => Rejection<N> { background, contrast, finder, traces, confirmed, kept, kept_tiles });
+remember!(const N => Rejection<N> { background, traces });
 
 impl<const N: usize> Rejection<N> {
     /// For `together` frames at once.

@@ -15,6 +15,7 @@ use crate::stage::background::{Finding, Motion};
 use crate::stage::median::Median;
 use crate::stage::normal::solve;
 use crate::stage::pyramid::{Pyramid, Scale, scales};
+use crate::state::{Remember, StateError, Visit, remember};
 
 /// Most samples of the finest level, and of those between it and the coarsest, which is sampled in full.
 const SAMPLES: (usize, usize) = (8192, 4096);
@@ -94,6 +95,23 @@ pub(crate) struct Similarity {
 }
 
 heap!(Similarity { scales, looked, residuals, median });
+remember!(Estimate { shift, stretch, turn, offset });
+
+impl Remember for Similarity {
+    /// Between frames: what was looked at has been followed.
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        for (index, scale) in self.scales.iter_mut().enumerate() {
+            visit.part(&format!("scale{index}"), scale)?;
+        }
+        visit.part("first", &mut self.first)?;
+        visit.part("last", &mut self.last)?;
+        visit.part("brightness", &mut self.brightness)?;
+        visit.part("spread", &mut self.spread)?;
+        let usual = visit.some_values("usual", 1, || self.usual.into_iter().collect(), |_| true)?;
+        self.usual = usual.map_or(self.usual, |usual| usual.first().copied());
+        Ok(())
+    }
+}
 
 impl Similarity {
     /// For `together` frames at once.

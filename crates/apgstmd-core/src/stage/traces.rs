@@ -8,13 +8,16 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::filter::peaks::Peak;
 use crate::memory::{Heap, Memory, heap, owned};
 use crate::stage::background::Motion;
 use crate::stage::contrast::ORIENTATIONS;
+use crate::state::{Remember, StateError, Visit};
 
 /// What is remembered of a trace at a frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Point {
     /// Where what it passed is now.
     pub place: (f64, f64),
@@ -24,6 +27,7 @@ pub(crate) struct Point {
     pub contrast: [f32; ORIENTATIONS],
 }
 
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Trace {
     pub id: u64,
     /// In the picture.
@@ -41,7 +45,7 @@ pub(crate) struct Trace {
 const REMEMBERED: usize = 60;
 
 /// Where a trace was last, and its velocity, px a frame.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct Track {
     place: (f64, f64),
     velocity: (f64, f64),
@@ -73,6 +77,24 @@ pub(crate) struct Traces {
 
 heap!(Pair);
 heap!(Traces { living, spare, pairs, downward, owner, found });
+
+impl Remember for Traces {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("next_id", &mut self.next_id)?;
+        let (most, points) = (self.living.len() + self.spare.len(), self.window.max(REMEMBERED));
+        let sound = |living: &Vec<Trace>| living.len() <= most && living.iter().all(|trace| trace.sound(points));
+        let Some(loaded) = visit.record("living", || self.living.clone(), sound)? else { return Ok(()) };
+        self.end();
+        // Into the memory that is there.
+        for from in loaded {
+            let mut trace = self.spare.pop().expect("no more than there is room for");
+            trace.points.clear();
+            trace.points.extend(&from.points);
+            self.living.push(Trace { points: std::mem::take(&mut trace.points), ..from });
+        }
+        Ok(())
+    }
+}
 
 impl Heap for Trace {
     fn heap(&self) -> Memory {
@@ -203,6 +225,16 @@ impl Traces {
 }
 
 impl Trace {
+    /// Whether it can have been saved with at most so many points.
+    fn sound(&self, most: usize) -> bool {
+        let tracks = [self.seen, self.carried];
+        let places = tracks.iter().flat_map(|track| [track.place, track.velocity]);
+        let points = self.points.iter().map(|point| point.place);
+        let finite = |(x, y): (f64, f64)| x.is_finite() && y.is_finite();
+        let of_point = |point: &Point| point.step.is_finite() && point.contrast.iter().all(|value| value.is_finite());
+        (1..=most).contains(&self.points.len()) && places.chain(points).all(finite) && self.points.iter().all(of_point)
+    }
+
     fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {
         self.id = id;
         self.seen = Track { place, velocity };

@@ -8,6 +8,7 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
 use crate::stage::median::Median;
+use crate::state::remember;
 
 const ITERATIONS: usize = 4;
 const MARGIN: usize = 12;
@@ -35,6 +36,7 @@ pub(crate) struct Translation {
 }
 
 heap!(Translation { last, gradient, residuals, median });
+remember!(Translation { first, last, gradient, shift });
 
 impl Translation {
     pub fn new(size: Size) -> Self {
@@ -43,7 +45,7 @@ impl Translation {
         let area = (size.height - 2 * margin) * (size.width - 2 * margin);
         let step = ((area as f64 / MOST_SAMPLES as f64).sqrt().ceil() as usize).max(1);
         let samples = (size.height - 2 * margin).div_ceil(step) * (size.width - 2 * margin).div_ceil(step);
-        let sampled = || Vec::with_capacity(samples);
+        let sampled = || vec![0.0; samples];
         Self {
             size,
             margin,

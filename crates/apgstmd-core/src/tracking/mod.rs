@@ -35,18 +35,20 @@ mod motion;
 mod track;
 
 use ndarray::ArrayView2;
+use serde::{Deserialize, Serialize};
 
 use crate::detection::{Detection, EgoMotion, Response};
 use crate::error::ParamError;
 use crate::frame::Size;
 use crate::params::{Params, TrackingParams};
 use crate::stage::background::Motion as Ego;
+use crate::state::{Origin, Remember, State, StateError, Visit};
 use association::Association;
 use motion::{Motion, Noise};
 use track::Track;
 
 /// A track in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackPoint {
     /// The frame as it was given.
     pub frame: usize,
@@ -71,7 +73,7 @@ pub struct TrackPoint {
 }
 
 /// What a point of a track rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum TrackState {
     /// A detection.
     Confirmed,
@@ -168,6 +170,22 @@ pub struct Tracker {
     spare: Vec<Track>,
     next_id: u64,
     births: u64,
+}
+
+/// Of its states.
+const KIND: &str = "tracker";
+
+impl Remember for Tracker {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        visit.part("drift", &mut self.drift)?;
+        visit.part("next_id", &mut self.next_id)?;
+        visit.part("births", &mut self.births)?;
+        let sound = |living: &Vec<Track>| living.iter().all(Track::is_sound);
+        if let Some(living) = visit.record("living", || self.living.clone(), sound)? {
+            self.living = living;
+        }
+        Ok(())
+    }
 }
 
 impl Tracker {
@@ -288,6 +306,29 @@ impl Tracker {
     /// Where every confirmed track is in the last frame, those that coast included, in the order of their ids.
     pub fn living(&self) -> impl Iterator<Item = TrackPoint> {
         self.living.iter().filter_map(Track::now)
+    }
+
+    /// All that it remembers of the frames so far: see [`crate::Detector::state`].
+    pub fn state(&mut self) -> State {
+        State::of(self.origin(), self)
+    }
+
+    /// Takes up a state: it goes on to the bit as the tracker that the state is of.
+    ///
+    /// # Errors
+    /// As [`crate::Detector::restore`].
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check(&self.origin(), KIND, self)?;
+        self.reset();
+        state.load(self);
+        Ok(())
+    }
+
+    fn origin(&self) -> Origin {
+        let mut params = toml::Table::try_from(&self.params).expect("parameters are plain values");
+        params.insert("v_opt".to_owned(), self.v_opt.into());
+        params.insert("newest".to_owned(), self.newest.into());
+        State::origin_here(KIND, self.size, params.to_string())
     }
 
     /// Forgets everything seen: ids begin at 0 again.

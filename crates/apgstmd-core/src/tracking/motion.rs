@@ -3,6 +3,8 @@
 //! Place and velocity along x and y obey the same equations with the same noise, so one 2 x 2 covariance serves both.
 //! The background's motion is a known displacement: velocities are relative to the background, places are in the picture.
 
+use serde::{Deserialize, Serialize};
+
 use crate::params::TrackingParams;
 use crate::stage::background::Motion as Ego;
 
@@ -31,7 +33,7 @@ impl Noise {
 }
 
 /// Where something is, how it moves, and how well both are known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Motion {
     pub place: (f64, f64),
     pub velocity: (f64, f64),
@@ -40,6 +42,11 @@ pub(super) struct Motion {
 }
 
 impl Motion {
+    pub fn is_sound(&self) -> bool {
+        let pairs = [self.place, self.velocity];
+        pairs.iter().flat_map(|(x, y)| [x, y]).chain(&self.covariance).all(|value| value.is_finite())
+    }
+
     pub fn begin(place: (f64, f64), velocity: (f64, f64), noise: &Noise) -> Self {
         Self { place, velocity, covariance: [noise.detection, 0.0, noise.velocity] }
     }

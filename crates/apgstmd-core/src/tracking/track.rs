@@ -1,5 +1,7 @@
 //! One track: its motion, what it has shown so far, and the points that are not certain yet.
 
+use serde::{Deserialize, Serialize};
+
 use super::guide::response_near;
 use super::motion::{Motion, Noise};
 use super::{Observation, TrackPoint, TrackState};
@@ -15,7 +17,7 @@ const MOST_DOUBT: f64 = 1e3;
 /// Beyond the border by more than this, px, a track has left the picture.
 const OUTSIDE: f64 = 8.0;
 
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Track {
     /// From its confirmation on.
     pub id: Option<u64>,
@@ -43,6 +45,10 @@ pub(super) struct Track {
 }
 
 impl Track {
+    pub fn is_sound(&self) -> bool {
+        self.motion.is_sound() && self.usual.is_finite()
+    }
+
     pub fn begin(&mut self, birth: u64, motion: Motion, detection: &Detection, seen: &Observation<'_>) {
         (self.id, self.birth) = (None, birth);
         self.motion = motion;
