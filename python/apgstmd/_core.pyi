@@ -46,10 +46,24 @@ class Bank:
         """The parameter file it was made from."""
 
     @property
+    def file(self) -> str:
+        """All of its parameters, as a file with the section `[bank]`."""
+
+    @property
     def threads(self) -> int: ...
     @property
     def latency(self) -> int:
         """Frames from the onset of a target to its complete response, the longest of a member."""
+
+    @property
+    def bit_depth(self) -> int | None:
+        """Significant bits of integer frames, where it was told."""
+
+    def state(self) -> dict[str, Any]:
+        """`format`, `version`, `of`, `height`, `width`, `parameters`, and `arrays` by name."""
+
+    def restore(self, given: dict[str, Any]) -> None:
+        """Takes up what `state` gave. ValueError: of another version, kind, size or parameters. TypeError: no such dict."""
 
     @property
     def members(self) -> list[tuple[float, float]]:
@@ -91,6 +105,16 @@ class Detector:
     @property
     def latency(self) -> int:
         """Frames from the onset of a target to its complete response."""
+
+    @property
+    def bit_depth(self) -> int | None:
+        """Significant bits of integer frames, where it was told."""
+
+    def state(self) -> dict[str, Any]:
+        """`format`, `version`, `of`, `height`, `width`, `parameters`, and `arrays` by name."""
+
+    def restore(self, given: dict[str, Any]) -> None:
+        """Takes up what `state` gave. ValueError: of another version, kind, size or parameters. TypeError: no such dict."""
 
     @property
     def lag(self) -> float:

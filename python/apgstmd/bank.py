@@ -93,8 +93,8 @@ class Bank(Stream):
         """Speed in px/frame and size in px of each member that the frames are large enough for."""
         return self._core.members
 
-    def __reduce__(self) -> Any:
-        raise TypeError("a bank cannot be copied or pickled: make another one")
+    def _arguments(self) -> tuple[Any, ...]:
+        return self._core.params, self._core.file, None, None, None, self._core.threads, self._core.bit_depth
 
     def __repr__(self) -> str:
         height, width = self._shape

@@ -39,7 +39,7 @@ class Detector(Stream):
     TypeError : an unknown name (the nearest is suggested), or one given twice.
     ValueError : a value out of range; the message names the parameter, the value and the rule.
 
-    One detector holds the state of one stream. Used from two threads at once it raises RuntimeError; the interpreter
+    One detector holds the state of one stream; it can be copied and pickled, and goes on to the bit. Used from two threads at once it raises RuntimeError; the interpreter
     is free for other threads while a frame is computed, so several detectors do run side by side.
 
     >>> import apgstmd, numpy as np
@@ -121,8 +121,8 @@ class Detector(Stream):
         """How far the response trails the target, px: what `localise="target"` adds along the direction."""
         return self._core.lag
 
-    def __reduce__(self) -> Any:
-        raise TypeError("a detector cannot be copied or pickled: make another one with params=detector.params")
+    def _arguments(self) -> tuple[Any, ...]:
+        return self._core.params, self._core.threads, self._core.bit_depth
 
     def __repr__(self) -> str:
         params = self.params

@@ -17,6 +17,42 @@ class Stream:
     _core: _core.Detector | _core.Bank
     _shape: tuple[int, int]
 
+    def state_dict(self) -> dict[str, Any]:
+        """All that it remembers of the frames so far, copied.
+
+        `arrays` has NumPy arrays by name (states of the temporal filters, predictions, traces, the last frame), `of`,
+        `height`, `width`, `parameters`, `version` and `format` say what it is of. Inner maps of the last frame are no
+        part of it. `numpy.savez(file, **state["arrays"])` or pickle keep it.
+        """
+        return self._core.state()
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Takes up what `state_dict` gave: it goes on to the bit as the one that gave it, whatever their threads.
+
+        Raises ValueError for a state of another version, kind, frame size or of other parameters (the first that differs is
+        named), or with values that cannot be, TypeError for what is no such dict. It is unchanged after each of them.
+
+        >>> import apgstmd, numpy as np
+        >>> frames = np.random.default_rng(1).random((20, 32, 48), np.float32)
+        >>> one, other = (apgstmd.Detector((32, 48), speed=1.0, threads=1) for _ in range(2))
+        >>> for frame in frames[:15]:
+        ...     _ = one.process(frame)
+        >>> other.load_state_dict(one.state_dict())
+        >>> all(np.array_equal(one.process(f).response, other.process(f).response) for f in frames[15:])
+        True
+        """
+        self._core.restore(state)
+
+    def _arguments(self) -> tuple[Any, ...]:
+        """What its core is made from, besides the size."""
+        raise NotImplementedError
+
+    def __reduce__(self) -> Any:
+        return _made, (type(self), self._shape, type(self._core), self._arguments()), self.state_dict()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.load_state_dict(state)
+
     def reset(self) -> None:
         """Forgets everything seen: the next frame is a first frame."""
         self._core.reset()
@@ -49,6 +85,14 @@ class Stream:
     def frames(self) -> int:
         """Frames processed since construction or the last reset."""
         return self._core.frames()
+
+
+def _made(kind: type[Stream], shape: tuple[int, int], core: Any, arguments: tuple[Any, ...]) -> Stream:
+    """One that was pickled or is copied, before its state comes."""
+    stream = kind.__new__(kind)
+    stream._shape = shape
+    stream._core = core(*shape, *arguments)
+    return stream
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:

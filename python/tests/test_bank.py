@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 
 import numpy as np
@@ -61,8 +60,6 @@ def test_what_is_wrong_is_named() -> None:
             apgstmd.Bank((64, 96), **wrong)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="did you mean 'speeds'"):
         apgstmd.Bank((64, 96), speed=1.0)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match="another one"):
-        pickle.dumps(apgstmd.Bank((64, 96), speeds=[1.0]))
     with pytest.raises(ValueError, match="20 x 20"):
         apgstmd.Bank((64, 96), speeds=[1.0]).process(np.zeros((20, 20), np.uint8))
 

@@ -6,10 +6,12 @@ use std::sync::{Mutex, TryLockError};
 use apgstmd_core::{BankParams, Detection, Machine, Params, Response, Size};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::Borrowed;
 use crate::detector::{Ego, ego};
 use crate::errors::Error;
+use crate::state;
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Map<'py> = Bound<'py, PyArray2<f32>>;
@@ -21,11 +23,15 @@ type Output<'py> = (Map<'py>, Map<'py>, Columns<'py>, (f32, f32), Ego, bool);
 #[pyclass(module = "apgstmd._core", frozen)]
 pub struct Bank {
     bank: Mutex<apgstmd_core::Bank>,
-    bits: Option<u32>,
+    #[pyo3(get)]
+    bit_depth: Option<u32>,
     /// Threads do not survive a fork: a copy in a child process would wait for them for ever.
     process: u32,
     #[pyo3(get)]
     params: String,
+    /// All of its parameters, as a file.
+    #[pyo3(get)]
+    file: String,
     #[pyo3(get)]
     threads: usize,
     #[pyo3(get)]
@@ -66,7 +72,8 @@ impl Bank {
         let made = apgstmd_core::Bank::with_options(Size::new(height, width), &bank, &machine).map_err(Error::from)?;
         let size = bank.base.target_size();
         Ok(Self {
-            bits: bit_depth,
+            bit_depth,
+            file: bank.to_toml(),
             process: std::process::id(),
             params: params.to_owned(),
             threads: made.threads(),
@@ -77,12 +84,21 @@ impl Bank {
     }
 
     fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
-        let borrowed = Borrowed::new(frame, self.bits)?;
+        let borrowed = Borrowed::new(frame, self.bit_depth)?;
         let frame = borrowed.frame();
         let Response { map, direction, detections, background_shift, ego_motion, cut } =
             self.run(py, |bank| bank.process(frame))?.map_err(Error::from)?;
         let (map, direction) = (map.into_pyarray(py), direction.into_pyarray(py));
         Ok((map, direction, columns(py, &detections), background_shift, ego(ego_motion), cut))
+    }
+
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        state::to_dict(py, &self.run(py, apgstmd_core::Bank::state)?)
+    }
+
+    fn restore(&self, py: Python<'_>, given: &Bound<'_, PyDict>) -> PyResult<()> {
+        let given = state::from_dict(given)?;
+        Ok(self.run(py, |bank| bank.restore(&given))?.map_err(Error::from)?)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {

@@ -7,10 +7,11 @@ use apgstmd_core::{Detection, EgoMotion, Model, Params, Response, Size, Stage};
 use ndarray::Axis;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::Borrowed;
 use crate::errors::Error;
+use crate::state;
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Map<'py> = Bound<'py, PyArray2<f32>>;
@@ -24,7 +25,8 @@ type Columns<'py> = (Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Colum
 #[pyclass(module = "apgstmd._core", frozen)]
 pub struct Detector {
     detector: Mutex<apgstmd_core::Detector>,
-    bits: Option<u32>,
+    #[pyo3(get)]
+    bit_depth: Option<u32>,
     /// Threads do not survive a fork: a copy in a child process would wait for them for ever.
     process: u32,
     #[pyo3(get)]
@@ -59,7 +61,7 @@ impl Detector {
         }
         .map_err(Error::from)?;
         Ok(Self {
-            bits: bit_depth,
+            bit_depth,
             process: std::process::id(),
             params: params.to_owned(),
             threads: detector.threads(),
@@ -71,7 +73,7 @@ impl Detector {
     }
 
     fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
-        let borrowed = Borrowed::new(frame, self.bits)?;
+        let borrowed = Borrowed::new(frame, self.bit_depth)?;
         let frame = borrowed.frame();
         let Response { map, direction, detections, background_shift, ego_motion, cut } =
             self.run(py, |detector| detector.process(frame))?.map_err(Error::from)?;
@@ -96,6 +98,15 @@ impl Detector {
             1 => maps.index_axis_move(Axis(0), 0).into_pyarray(py).into_any(),
             _ => maps.into_pyarray(py).into_any(),
         })
+    }
+
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        state::to_dict(py, &self.run(py, apgstmd_core::Detector::state)?)
+    }
+
+    fn restore(&self, py: Python<'_>, given: &Bound<'_, PyDict>) -> PyResult<()> {
+        let given = state::from_dict(given)?;
+        Ok(self.run(py, |detector| detector.restore(&given))?.map_err(Error::from)?)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {

@@ -9,6 +9,7 @@ mod evaluation;
 mod params;
 mod program;
 mod scene;
+mod state;
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
