@@ -1,5 +1,6 @@
 //! What the flags mean together: checked, defaults filled in, nothing left to decide while frames flow.
 
+mod checkpoints;
 mod dump;
 mod pictures;
 mod tracks;
@@ -67,6 +68,10 @@ pub struct RunSettings {
     pub pictures: PictureSettings,
     /// Inner maps.
     pub dump: Option<DumpSettings>,
+    /// Frames from one checkpoint to the next at least, where they are written.
+    pub checkpoint: Option<usize>,
+    /// Go on with earlier results.
+    pub resume: bool,
     /// Replace earlier results.
     pub force: bool,
     /// Errors only.
@@ -138,6 +143,7 @@ impl RunSettings {
         let tracks = TrackSettings::resolve(&args, &params, &destination)?;
         let pictures = PictureSettings::resolve(&args, &tracks, &destination)?;
         let dump = DumpSettings::resolve(&args, params.model, (span, selection.as_ref()), &destination)?;
+        checkpoints::check(&args, &source, &destination)?;
         Ok(Self {
             input: args.input,
             source,
@@ -159,6 +165,8 @@ impl RunSettings {
             overlay: args.overlay,
             pictures,
             dump,
+            checkpoint: args.checkpoint,
+            resume: args.resume,
             force: args.force,
             quiet: args.quiet,
         })

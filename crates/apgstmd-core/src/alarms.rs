@@ -72,7 +72,7 @@ pub struct FalseAlarms {
 const KIND: &str = "alarms";
 
 fn origin() -> Origin {
-    State::origin_here(KIND, Size::new(0, 0), String::new())
+    Origin::here(KIND, Size::new(0, 0), String::new())
 }
 
 impl Remember for FalseAlarms {
@@ -172,7 +172,7 @@ impl FalseAlarms {
     /// # Errors
     /// As [`crate::Detector::restore`].
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
-        state.check(&origin(), KIND, self)?;
+        state.check(&origin(), self)?;
         state.load(self);
         Ok(())
     }

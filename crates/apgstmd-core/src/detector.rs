@@ -298,14 +298,14 @@ impl Detector {
     /// A state of another version, kind, frame size or of other parameters, or that holds what cannot be. The detector
     /// is then as before.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
-        state.check(&self.origin(), KIND, self)?;
+        state.check(&self.origin(), self)?;
         self.reset();
         state.load(self);
         Ok(())
     }
 
     fn origin(&self) -> Origin {
-        State::origin_here(KIND, self.size(), self.params.to_toml())
+        Origin::here(KIND, self.size(), self.params.to_toml())
     }
 
     /// Forgets everything seen: the next frame is a first frame.

@@ -19,6 +19,7 @@ Examples:
   ffmpeg -i X -f yuv4mpegpipe -strict -1 - | apgstmd run - --out found
   apgstmd run frames/ --mot tracks.txt --coco tracks.json --box-size 8
   apgstmd run scene.toml --speed 0.25              a made-up scene, without pictures on disk
+  apgstmd run long.mp4 --out found --checkpoint 1000 --resume   again and again, until it is through
   apgstmd run frames/ --dump E,Q --dump-frames 60,120..130 --out inside
 
 Without flags a bank of detectors looks for targets of 0.25 to 8 px/frame and 3 to 20 px; its scores, 0 to 1, compare
@@ -142,6 +143,15 @@ pub struct RunArgs {
     /// Replace results that DIR already holds (only files that this program wrote), and the files named by other flags
     #[arg(long, help_heading = "Output")]
     pub force: bool,
+
+    /// Keep all that is needed to go on in DIR/checkpoint.safetensors, every N frames at least and when interrupted; it is
+    /// removed when the run is through. For tables (csv, jsonl, tracks.csv, --mot) of what can be read again
+    #[arg(long, value_name = "N", help_heading = "Output")]
+    pub checkpoint: Option<usize>,
+    /// Go on where the same run left off: from its checkpoint, or from the beginning where there is none. What is through
+    /// already stays as it is. The files are then those of a run that was never disturbed
+    #[arg(long, conflicts_with = "force", help_heading = "Output")]
+    pub resume: bool,
 
     /// Inner maps to write as float32 .npy: P C A Pe L Tm3 Tm2 Mi1 Tm1_4 Tm1_5 D E Ep F M Q (of other models also L1 ON
     /// OFF OFFd Y Yd), or ALL that the model has

@@ -70,6 +70,8 @@ impl TuneArgs {
             video: None,
             video_response: false,
             force: false,
+            checkpoint: None,
+            resume: false,
             dump: None,
             dump_frames: None,
             dump_dir: None,

@@ -48,11 +48,12 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
         quiet: args.quiet,
         live: false,
         span: Span::ALL,
+        checkpoints: None,
     };
     let all = Selection::all(scene.frames);
     let sources = all.turns(readers(threads));
     let sources = sources.map(|part| Box::new(SceneFrames::new(&renderer, part)) as Box<dyn FrameSource>).collect();
-    let report = drive(sources, &options, || {
+    let report = drive(sources, &options, None, || {
         results.prepare()?;
         let frames: Vec<usize> = (0..scene.frames).collect();
         Ok(vec![
@@ -146,6 +147,8 @@ fn write_record(
         threads,
         simd: Machine::default().level().name(),
         frames: report.frames,
+        resumed_after: None,
+        settings_sha256: None,
         live: None,
         skipped: &report.skipped,
         interrupted: false,

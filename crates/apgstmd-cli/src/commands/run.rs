@@ -1,9 +1,12 @@
 //! `apgstmd run`: pictures in, tables and annotated pictures out.
 
+use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use super::pipeline::{Options, Report, drive};
+use sha2::{Digest, Sha256};
+
+use super::pipeline::{self, Checkpoint, Checkpoints, Options, Report, drive};
 use super::{count, page};
 use crate::Outcome;
 use crate::args::{Format, RunArgs};
@@ -27,8 +30,23 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     interrupt::listen();
     let settings = RunSettings::resolve(*args)?;
     let results = check_results(&settings)?;
+    let checkpoints = checkpoints(&settings);
+    let from = match (&checkpoints, settings.resume) {
+        (Some(checkpoints), true) => Checkpoint::read(checkpoints)?,
+        _ => None,
+    };
+    if let (true, None, Destination::Folder(folder)) = (settings.resume, &from, &settings.destination)
+        && is_through(&settings, folder)?
+    {
+        return Ok(());
+    }
+    let lengths = from.as_ref().map(|from| lengths(&settings, from)).transpose()?;
     let source = &settings.source;
-    let sources = source.open(settings.span, settings.selection.as_ref(), readers(settings.machine.threads))?;
+    let done = from.as_ref().and_then(Checkpoint::last);
+    let sources = source.open(settings.span, settings.selection.as_ref(), done, readers(settings.machine.threads))?;
+    if let (Some(from), false) = (&from, settings.quiet) {
+        eprint_line(&format!("going on after {}", count(from.frames(), "frame")));
+    }
     if source.is_live_by_itself() && !settings.quiet {
         eprint_line(&format!(
             "{} goes on in its own time: frames that come while one is computed are dropped (--live=no keeps them)",
@@ -47,11 +65,12 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         quiet: settings.quiet,
         live: source.is_live(),
         span: settings.span,
+        checkpoints: checkpoints.as_ref(),
     };
     let mut gathered = settings.pictures.report.as_deref().map(Gathered::new).transpose()?;
     let codec = settings.pictures.video.as_ref().map(|_| Codec::choose()).transpose()?;
     let gather = gathered.as_mut();
-    let mut report = drive(sources, &options, || open_sinks(&settings, &results, gather, codec));
+    let mut report = drive(sources, &options, from, || open_sinks(&settings, &results, lengths, gather, codec));
     if report.empty && source.count() > 0 {
         report.failure = Some(settings.span.nothing_left(source.count()));
     }
@@ -61,7 +80,10 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         Destination::Stdout => Ok(()),
     };
     let shown = gathered.map_or(Ok(()), |gathered| page::write(&gathered, &settings, &report, &warnings));
-    let recorded = recorded.and(shown);
+    let recorded = recorded.and(shown).and_then(|()| match &checkpoints {
+        Some(checkpoints) if report.failure.is_none() && !report.interrupted => pipeline::remove(checkpoints),
+        _ => Ok(()),
+    });
     if !settings.quiet && report.failure.is_none() {
         summarise(&settings, &report, &warnings);
     }
@@ -81,36 +103,100 @@ fn check_results(settings: &RunSettings) -> Outcome<Option<Results>> {
             None => return Ok(None),
         },
     };
-    results.check(settings.force)?;
+    results.check(settings.force || settings.resume)?;
     Ok(Some(results))
 }
 
+fn checkpoints(settings: &RunSettings) -> Option<Checkpoints> {
+    let Destination::Folder(folder) = &settings.destination else { return None };
+    (settings.checkpoint.is_some() || settings.resume).then(|| Checkpoints {
+        path: folder.join(results::CHECKPOINT),
+        every: settings.checkpoint,
+        settings: settings.described(),
+    })
+}
+
+fn sha256(settings: &RunSettings) -> String {
+    Sha256::digest(settings.described()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Whether the folder holds all results of these settings.
+fn is_through(settings: &RunSettings, folder: &Path) -> Outcome<bool> {
+    let path = folder.join(results::RUN);
+    let Ok(text) = fs::read_to_string(&path) else { return Ok(false) };
+    let record: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    if record["interrupted"] != false || !record["error"].is_null() {
+        return Ok(false);
+    }
+    if record["settings_sha256"] != sha256(settings) {
+        return Err(Failure::failed(format_args!("{} is of a run with other settings", path.display()))
+            .hint("choose another folder with --out, or replace its results with --force"));
+    }
+    if !settings.quiet {
+        eprint_line(&format!("{} is of this run, which is through: nothing is left to do", path.display()));
+    }
+    Ok(true)
+}
+
+/// Bytes of the tables that a checkpoint is of.
+struct Lengths {
+    tables: Vec<u64>,
+    tracks: Option<u64>,
+    mot: Option<u64>,
+}
+
+fn lengths(settings: &RunSettings, from: &Checkpoint) -> Outcome<Lengths> {
+    let Destination::Folder(folder) = &settings.destination else { unreachable!("checkpoints have a folder") };
+    let of = |path: &Option<PathBuf>| path.as_deref().map(|path| from.length(path)).transpose();
+    let tables = settings.formats.iter().map(|format| from.length(&folder.join(file_of(*format))));
+    Ok(Lengths {
+        tables: tables.collect::<Outcome<_>>()?,
+        tracks: of(&settings.tracks.csv)?,
+        mot: of(&settings.tracks.mot)?,
+    })
+}
+
+fn file_of(format: Format) -> &'static str {
+    match format {
+        Format::Csv => results::CSV,
+        Format::Jsonl => results::JSONL,
+    }
+}
+
+/// With `lengths`, tables that are there are cut back to them.
 fn open_sinks<'a>(
     settings: &RunSettings,
     results: &Option<Results>,
+    lengths: Option<Lengths>,
     gathered: Option<&'a mut Gathered>,
     codec: Option<Codec>,
 ) -> Outcome<Vec<Box<dyn Sink + 'a>>> {
-    if let Some(results) = results {
+    if let (Some(results), None) = (results, &lengths) {
         results.prepare()?;
     }
     let mut sinks: Vec<Box<dyn Sink + 'a>> = Vec::new();
-    for format in &settings.formats {
-        let target = |name: &str| match &settings.destination {
-            Destination::Folder(folder) => Target::file(&folder.join(name)),
-            Destination::Stdout => Ok(Target::stdout()),
+    for (index, format) in settings.formats.iter().enumerate() {
+        let length = lengths.as_ref().map(|lengths| lengths.tables[index]);
+        let target = match (&settings.destination, length) {
+            (Destination::Folder(folder), None) => Target::file(&folder.join(file_of(*format)))?,
+            (Destination::Folder(folder), Some(length)) => Target::resume(&folder.join(file_of(*format)), length)?,
+            (Destination::Stdout, _) => Target::stdout(),
         };
         match format {
-            Format::Csv => sinks.push(Box::new(Csv::new(target(results::CSV)?)?)),
-            Format::Jsonl => sinks.push(Box::new(JsonLines::new(target(results::JSONL)?))),
+            Format::Csv if length.is_some() => sinks.push(Box::new(Csv::resume(target))),
+            Format::Csv => sinks.push(Box::new(Csv::new(target)?)),
+            Format::Jsonl => sinks.push(Box::new(JsonLines::new(target))),
         }
     }
     let TrackSettings { csv, mot, coco, box_size } = &settings.tracks;
     if let Some(path) = csv {
-        sinks.push(Box::new(TracksCsv::new(path)?));
+        let length = lengths.as_ref().and_then(|lengths| lengths.tracks);
+        sinks.push(Box::new(length.map_or_else(|| TracksCsv::new(path), |length| TracksCsv::resume(path, length))?));
     }
     if let Some(path) = mot {
-        sinks.push(Box::new(Mot::new(path, *box_size)?));
+        let length = lengths.as_ref().and_then(|lengths| lengths.mot);
+        let mot = length.map_or_else(|| Mot::new(path, *box_size), |length| Mot::resume(path, *box_size, length));
+        sinks.push(Box::new(mot?));
     }
     if let Some(path) = coco {
         sinks.push(Box::new(Coco::new(path, *box_size)?));
@@ -147,6 +233,8 @@ fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], f
         threads: settings.machine.threads,
         simd: settings.machine.level().name(),
         frames: report.frames,
+        resumed_after: report.resumed_after,
+        settings_sha256: Some(sha256(settings)),
         live: report.live,
         skipped: &report.skipped,
         interrupted: report.interrupted,
@@ -249,12 +337,12 @@ fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
     let Some(size) = report.size else { return };
     let found = report.found;
     let seconds = report.wall.as_secs_f64();
-    let rate = report.frames as f64 / seconds.max(1e-9);
+    let rate = report.frames_now() as f64 / seconds.max(1e-9);
     let timing = report.timing();
     let mut lines = vec![
         format!(
             "{} of {size} in {seconds:.1} s: {rate:.0} frames/s, {:.1} ms of computing a frame, {}, {}",
-            count(report.frames, "frame"),
+            count(report.frames_now(), "frame"),
             1e3 * timing.compute.median,
             count(settings.machine.threads, "thread"),
             settings.machine.level(),
@@ -298,7 +386,11 @@ fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
     }
     lines.extend(warnings.iter().map(|warning| format!("warning: {}; {}", warning.text, warning.advice)));
     if report.interrupted {
-        lines.push("interrupted: the files are complete up to there".to_owned());
+        let further = match settings.checkpoint {
+            Some(_) => "; --resume goes on from there",
+            None => "",
+        };
+        lines.push(format!("interrupted: the files are complete up to there{further}"));
     }
     if found.detections == 0 && !report.interrupted {
         lines.push(match &settings.bank {
@@ -324,10 +416,7 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
     let mut paths = Vec::new();
     if let Destination::Folder(folder) = &settings.destination {
         for format in &settings.formats {
-            paths.push(folder.join(match format {
-                Format::Csv => results::CSV,
-                Format::Jsonl => results::JSONL,
-            }));
+            paths.push(folder.join(file_of(*format)));
         }
         paths.extend(settings.tracks.csv.clone());
         paths.push(folder.join(results::RUN));

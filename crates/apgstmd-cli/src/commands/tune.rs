@@ -51,7 +51,7 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
         bank.base.detection.least_score = 0.0;
     }
     let source = &settings.source;
-    let sources = source.open(settings.span, settings.selection.as_ref(), readers(settings.machine.threads))?;
+    let sources = source.open(settings.span, settings.selection.as_ref(), None, readers(settings.machine.threads))?;
     let options = Options {
         params: &settings.params,
         bank: settings.bank.as_ref(),
@@ -64,9 +64,10 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
         quiet: settings.quiet,
         live: false,
         span: settings.span,
+        checkpoints: None,
     };
     let rows = Rows::default();
-    let report = drive(sources, &options, || Ok(vec![Box::new(rows.clone()) as Box<dyn Sink>]));
+    let report = drive(sources, &options, None, || Ok(vec![Box::new(rows.clone()) as Box<dyn Sink>]));
     match report.failure {
         Some(_) if report.empty && source.count() > 0 => return Err(settings.span.nothing_left(source.count())),
         Some(failure) => return Err(failure),

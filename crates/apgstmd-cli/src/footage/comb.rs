@@ -1,6 +1,8 @@
 //! Interlaced frames: where something moves, rows of one parity are alike and neighbours differ. In a progressive picture
 //! a row is never less like its neighbours than like the rows after them.
 
+use serde::{Deserialize, Serialize};
+
 use super::Warning;
 use super::levels::Sample;
 
@@ -14,7 +16,7 @@ const RATIO: f64 = 1.1;
 /// Share of the moving frames that are combed in interlaced footage.
 const COMBED: f64 = 0.3;
 
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Comb {
     before: Option<Sample>,
     moving: usize,

@@ -1,6 +1,7 @@
 //! How much of the picture is at the ends of its scale, where contrast is lost.
 
 use ndarray::ArrayView3;
+use serde::{Deserialize, Serialize};
 
 use super::Warning;
 use crate::source::{Picture, Pixels};
@@ -11,7 +12,7 @@ const MOST: usize = 1 << 18;
 const SATURATED: f64 = 0.1;
 
 /// Columns of a picture in [0, 1], row by row; of colour, the green.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Sample {
     pub columns: usize,
     pub values: Vec<f32>,
@@ -43,7 +44,7 @@ impl Sample {
 }
 
 /// Sums over frames.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Levels {
     samples: usize,
     black: usize,

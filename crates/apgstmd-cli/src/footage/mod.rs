@@ -6,7 +6,7 @@ mod levels;
 mod repeats;
 mod speeds;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::comb::Comb;
 use self::levels::Levels;
@@ -38,6 +38,7 @@ impl Warning {
 const FEWEST: usize = 3;
 
 /// What has been seen so far.
+#[derive(Serialize, Deserialize)]
 pub struct Footage {
     before: Option<Picture>,
     repeats: Repeats,

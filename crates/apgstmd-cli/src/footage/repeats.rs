@@ -1,5 +1,7 @@
 //! Frames that are the same as the one before: a few in a row where a rate was raised, many where nothing comes any more.
 
+use serde::{Deserialize, Serialize};
+
 use super::{FEWEST, Warning};
 
 /// From this share of the frames on it is worth a word.
@@ -9,7 +11,7 @@ const MANY: usize = 8;
 /// How far the share may be from that of every frame twice, three times...
 const EVEN: f64 = 0.03;
 
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Repeats {
     frames: usize,
     /// Repeats in short runs, and in long ones.

@@ -1,12 +1,13 @@
 //! Whether targets move as fast as the detectors are tuned to.
 
 use apgstmd_core::tracking::TrackState;
+use serde::{Deserialize, Serialize};
 
 use super::Warning;
 use crate::sink::Seen;
 
 /// Speeds that there are detectors for, px/frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Tuned {
     /// The slowest.
     pub slowest: f64,
@@ -27,6 +28,7 @@ const FINE: f64 = 16.0;
 const LOW: f64 = 8.0;
 const BINS: usize = 256;
 
+#[derive(Serialize, Deserialize)]
 pub(super) struct Speeds {
     tuned: Tuned,
     /// Scores of all, and of what the slowest and the fastest saw best.
@@ -35,13 +37,13 @@ pub(super) struct Speeds {
     fast: f64,
     count: usize,
     /// Scores of tracks by their speed.
-    tracks: [f64; BINS],
+    tracks: Vec<f64>,
     points: usize,
 }
 
 impl Speeds {
     pub fn new(tuned: Tuned) -> Self {
-        Self { tuned, all: 0.0, slow: 0.0, fast: 0.0, count: 0, tracks: [0.0; BINS], points: 0 }
+        Self { tuned, all: 0.0, slow: 0.0, fast: 0.0, count: 0, tracks: vec![0.0; BINS], points: 0 }
     }
 
     pub fn add(&mut self, seen: &Seen) {

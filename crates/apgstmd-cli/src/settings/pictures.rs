@@ -33,7 +33,7 @@ impl PictureSettings {
         let given = |(flag, file): (&'static str, &Option<PathBuf>)| Some((flag, file.clone()?));
         let mut taken: Vec<(&str, PathBuf)> = taken.into_iter().filter_map(given).collect();
         for (flag, file) in files.into_iter().filter_map(given) {
-            check_file(flag, &file, &args.input, args.force)?;
+            check_file(flag, &file, &args.input, args.force || args.resume)?;
             if let Destination::Folder(folder) = destination
                 && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(&file))
             {

@@ -43,7 +43,7 @@ impl TrackSettings {
         }
         let files = [("--mot", &args.mot), ("--coco", &args.coco)];
         for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
-            check_file(flag, file, &args.input, args.force)?;
+            check_file(flag, file, &args.input, args.force || args.resume)?;
             if let Destination::Folder(folder) = destination
                 && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(file))
             {

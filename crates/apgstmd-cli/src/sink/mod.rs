@@ -12,6 +12,8 @@ pub mod table;
 pub mod tracks;
 pub mod video;
 
+use std::path::Path;
+
 use apgstmd_core::tracking::TrackPoint;
 use apgstmd_core::{Detection, EgoMotion, Stage};
 use ndarray::{Array2, Array3};
@@ -76,6 +78,12 @@ pub trait Sink {
     /// # Errors
     /// Writing failed.
     fn frame(&mut self, seen: &Seen) -> Outcome;
+
+    /// The file that grows with every frame and can be cut back, by name: its length now is where to go on. None where there is
+    /// no such file.
+    fn grows(&self) -> Option<&Path> {
+        None
+    }
 
     /// The last frame is through, or the run ends early.
     ///

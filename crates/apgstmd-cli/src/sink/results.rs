@@ -16,6 +16,8 @@ pub const JSONL: &str = "detections.jsonl";
 pub const TRACKS: &str = "tracks.csv";
 /// Tables and summary.
 pub const RUN: &str = "run.json";
+/// What a run can be resumed from.
+pub const CHECKPOINT: &str = "checkpoint.safetensors";
 /// Contact strip.
 pub const STRIP: &str = "strip.png";
 /// Readable summary of the demo.
@@ -24,7 +26,7 @@ pub const SUMMARY: &str = "summary.txt";
 pub const OVERLAY: &str = "overlay";
 
 /// All that stand in the folder itself.
-pub const SINGLE_FILES: [&str; 6] = [CSV, JSONL, TRACKS, RUN, STRIP, SUMMARY];
+pub const SINGLE_FILES: [&str; 7] = [CSV, JSONL, TRACKS, RUN, CHECKPOINT, STRIP, SUMMARY];
 
 /// Folders that results go to.
 #[derive(Clone, Debug)]
@@ -55,7 +57,7 @@ impl Results {
         match self.earlier().first() {
             Some(path) if !force => {
                 Err(Failure::failed(format_args!("{} is there already from an earlier run", path.display()))
-                    .hint("choose another folder with --out, or replace the earlier results with --force"))
+                    .hint("choose another folder with --out, replace the earlier results with --force, or go on with them with --resume"))
             }
             _ => Ok(()),
         }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use apgstmd_core::stimulus::Scene;
 use apgstmd_core::{BankParams, EgoMotion, Params, Size};
-use serde::Serialize;
+use hdrhistogram::Histogram;
+use serde::{Deserialize, Serialize};
 
 use crate::Outcome;
 use crate::failure::Failure;
@@ -37,6 +38,12 @@ pub struct RunRecord<'a> {
     pub simd: &'static str,
     /// Frames processed.
     pub frames: usize,
+    /// Of these, frames that were there when the run was last resumed: times are of the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resumed_after: Option<usize>,
+    /// SHA-256 of what the results depend on besides the pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settings_sha256: Option<String>,
     /// What was dropped, and how late the rows are, where only the newest frames were computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
@@ -173,15 +180,8 @@ pub struct Delay {
     pub most: f64,
 }
 
-impl Delay {
-    /// Of a list of values; zero where there are none.
-    pub fn of(values: &[f64]) -> Self {
-        Self { median: Statistic::of(values).median, most: values.iter().copied().fold(0.0, f64::max) }
-    }
-}
-
 /// A picture that was left out.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Skipped {
     /// Its number.
     pub frame: usize,
@@ -192,7 +192,7 @@ pub struct Skipped {
 }
 
 /// How the background moved from frame to frame, with the rejection `motion`.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Background {
     /// Frames before which the scene is cut.
     pub cuts: Vec<usize>,
@@ -225,7 +225,7 @@ impl Background {
 }
 
 /// What was found.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Found {
     /// Detections in all frames.
     pub detections: usize,
@@ -289,17 +289,40 @@ pub struct Statistic {
     pub median: f64,
 }
 
-impl Statistic {
-    /// Of a list of values; zero where there are none.
-    pub fn of(values: &[f64]) -> Self {
-        if values.is_empty() {
-            return Self::default();
-        }
-        let mut sorted = values.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let middle = sorted.len() / 2;
-        let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
-        Self { mean: values.iter().sum::<f64>() / values.len() as f64, median }
+/// Times of the frames of a run, in memory that does not grow with their number: medians are right to a thousandth.
+#[derive(Debug)]
+pub struct Spread {
+    nanoseconds: Histogram<u64>,
+    sum: f64,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { nanoseconds: Histogram::new(3).expect("3 digits are allowed"), sum: 0.0 }
+    }
+}
+
+impl Spread {
+    /// Takes note of a frame.
+    pub fn add(&mut self, seconds: f64) {
+        self.nanoseconds.record((1e9 * seconds) as u64).expect("it grows as needed");
+        self.sum += seconds;
+    }
+
+    /// Of all frames, seconds.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// Mean and median; zero where there are no frames.
+    pub fn statistic(&self) -> Statistic {
+        let median = 1e-9 * self.nanoseconds.value_at_quantile(0.5) as f64;
+        Statistic { mean: self.sum / self.nanoseconds.len().max(1) as f64, median }
+    }
+
+    /// Median and longest.
+    pub fn delay(&self) -> Delay {
+        Delay { median: self.statistic().median, most: 1e-9 * self.nanoseconds.max() as f64 }
     }
 }
 
@@ -321,10 +344,12 @@ mod tests {
 
     #[test]
     fn statistics() {
-        let statistic = Statistic::of(&[4.0, 1.0, 1.0, 2.0]);
-        assert_eq!((statistic.mean, statistic.median), (2.0, 1.5));
-        assert_eq!(Statistic::of(&[3.0]).median, 3.0);
-        assert_eq!(Statistic::of(&[]).mean, 0.0);
+        let mut spread = Spread::default();
+        assert_eq!((spread.statistic().mean, spread.statistic().median), (0.0, 0.0));
+        (1..=1001).for_each(|i| spread.add(f64::from(i) * 1e-4));
+        let Statistic { mean, median } = spread.statistic();
+        assert!((mean - 0.0501).abs() < 1e-12 && (median / 0.0501 - 1.0).abs() < 1e-3, "{mean} {median}");
+        assert!((spread.delay().most / 0.1001 - 1.0).abs() < 1e-3 && (spread.sum() - 50.1501).abs() < 1e-9);
     }
 
     #[test]

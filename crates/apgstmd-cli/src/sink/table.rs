@@ -1,8 +1,8 @@
 //! Detections as CSV or JSON Lines, one row a detection, the strongest of a frame first. Flushed after each frame: what
 //! an interrupted run leaves is complete up to there.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -70,10 +70,30 @@ impl Target {
         Ok(Self { path: path.to_owned(), out: BufWriter::new(Box::new(file)) })
     }
 
+    /// A file that an earlier run left, cut back to its first `length` bytes.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
+        let file = cut_back(path, length)?;
+        Ok(Self { path: path.to_owned(), out: BufWriter::new(Box::new(file)) })
+    }
+
     /// Standard output.
     pub fn stdout() -> Self {
         Self { path: PathBuf::from("stdout"), out: BufWriter::new(Box::new(io::stdout())) }
     }
+}
+
+/// Opens a file to go on behind its first `length` bytes; what comes after them is lost.
+pub(super) fn cut_back(path: &Path, length: u64) -> Outcome<File> {
+    let cut = || -> io::Result<File> {
+        let mut file = OpenOptions::new().write(true).open(path)?;
+        file.set_len(length)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(file)
+    };
+    cut().map_err(|error| Failure::write(path, error))
 }
 
 /// Comma-separated values with a header.
@@ -94,6 +114,12 @@ impl Csv {
         writer.flush().map_err(|error| Failure::write(&path, error))?;
         Ok(Self { path, writer })
     }
+
+    /// Goes on without a header.
+    pub fn resume(target: Target) -> Self {
+        let Target { path, out } = target;
+        Self { path, writer: csv::WriterBuilder::new().has_headers(false).from_writer(out) }
+    }
 }
 
 impl Sink for Csv {
@@ -102,6 +128,10 @@ impl Sink for Csv {
             self.writer.serialize(row).map_err(|error| Failure::write(&self.path, io_error(error)))?;
         }
         self.writer.flush().map_err(|error| Failure::write(&self.path, error))
+    }
+
+    fn grows(&self) -> Option<&Path> {
+        Some(&self.path)
     }
 }
 
@@ -133,5 +163,9 @@ impl Sink for JsonLines {
             self.out.write_all(b"\n").map_err(|error| Failure::write(&self.path, error))?;
         }
         self.out.flush().map_err(|error| Failure::write(&self.path, error))
+    }
+
+    fn grows(&self) -> Option<&Path> {
+        Some(&self.path)
     }
 }

@@ -15,7 +15,7 @@ use apgstmd_core::tracking::TrackPoint;
 use serde::Serialize;
 
 use super::beside::Beside;
-use super::table::microseconds;
+use super::table::{cut_back, microseconds};
 use super::{Seen, Sink};
 use crate::Outcome;
 use crate::failure::Failure;
@@ -34,6 +34,10 @@ impl Rows {
     fn new(path: &Path) -> Outcome<Self> {
         let file = File::create(path).map_err(|error| Failure::write(path, error))?;
         Ok(Self { path: path.to_owned(), file, text: String::new() })
+    }
+
+    fn resume(path: &Path, length: u64) -> Outcome<Self> {
+        Ok(Self { path: path.to_owned(), file: cut_back(path, length)?, text: String::new() })
     }
 
     fn flush(&mut self) -> Outcome {
@@ -60,6 +64,14 @@ impl TracksCsv {
         rows.flush()?;
         Ok(Self(rows))
     }
+
+    /// Goes on behind the first `length` bytes.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
+        Ok(Self(Rows::resume(path, length)?))
+    }
 }
 
 impl Sink for TracksCsv {
@@ -73,6 +85,10 @@ impl Sink for TracksCsv {
             let _ = writeln!(self.0.text, "{row}");
         }
         self.0.flush()
+    }
+
+    fn grows(&self) -> Option<&Path> {
+        Some(&self.0.path)
     }
 }
 
@@ -90,6 +106,14 @@ impl Mot {
     pub fn new(path: &Path, side: f64) -> Outcome<Self> {
         Ok(Self { rows: Rows::new(path)?, side })
     }
+
+    /// Goes on behind the first `length` bytes.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn resume(path: &Path, side: f64, length: u64) -> Outcome<Self> {
+        Ok(Self { rows: Rows::resume(path, length)?, side })
+    }
 }
 
 impl Sink for Mot {
@@ -101,6 +125,10 @@ impl Sink for Mot {
             let _ = writeln!(self.rows.text, "{row}");
         }
         self.rows.flush()
+    }
+
+    fn grows(&self) -> Option<&Path> {
+        Some(&self.rows.path)
     }
 }
 

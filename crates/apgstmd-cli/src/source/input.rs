@@ -145,6 +145,11 @@ impl Input {
         self.flags.live.is_none() && self.is_live()
     }
 
+    /// What the command line says of it.
+    pub fn flags(&self) -> InputFlags {
+        self.flags
+    }
+
     /// The scene, where it is one.
     pub fn scene(&self) -> Option<&Scene> {
         match &self.kind {
@@ -177,7 +182,7 @@ impl Input {
     }
 
     /// The frames as streams that take turns, at most `parts` of them, to be read side by side. `selection` is what
-    /// [`Input::select`] made of `span`.
+    /// [`Input::select`] made of `span`; frames up to `done` are left out.
     ///
     /// # Errors
     /// The system has no more threads.
@@ -185,10 +190,12 @@ impl Input {
         &self,
         span: Span,
         selection: Option<&Selection>,
+        done: Option<usize>,
         parts: usize,
     ) -> Outcome<Vec<Box<dyn FrameSource + '_>>> {
         let all = Selection::all(self.count());
-        let turns = || selection.unwrap_or(&all).turns(parts);
+        let left = selection.unwrap_or(&all).after(done);
+        let turns = || left.turns(parts);
         Ok(match &self.kind {
             Kind::Pictures(listing) => turns()
                 .map(|part| Box::new(PictureFiles::new(listing, part, self.flags)) as Box<dyn FrameSource + '_>)
@@ -200,11 +207,11 @@ impl Input {
                 let expected = if video.location.is_live() { None } else { video.probed.frames };
                 let expected = expected.and_then(|count| span.of(count, self.rate()).ok());
                 let about = self.about(expected.map(|selection| selection.frames().len()));
-                vec![Box::new(Stream::new(video.open(self.is_live()), about, span))]
+                vec![Box::new(Stream::new(video.open(self.is_live()), about, (span, done)))]
             }
             Kind::Stdin => {
                 let frames = StdinFrames::open(self.flags.raw, self.flags.bit_depth)?;
-                vec![Box::new(Stream::new(frames, self.about(None), span))]
+                vec![Box::new(Stream::new(frames, self.about(None), (span, done)))]
             }
         })
     }

@@ -20,6 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use apgstmd_core::{Frame, Size};
 use ndarray::Array3;
+use serde::{Deserialize, Serialize};
 
 pub use files::PictureFiles;
 pub use input::{Input, InputFlags};
@@ -74,7 +75,7 @@ pub struct Arrival {
 }
 
 /// A decoded picture: (rows, columns, channels), channels 1 or 3, or 4 with alpha.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pixels {
     /// 8-bit samples.
     U8(Array3<u8>),
@@ -87,7 +88,7 @@ pub enum Pixels {
 }
 
 /// Pixels and how to read them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// The samples.
     pub pixels: Pixels,

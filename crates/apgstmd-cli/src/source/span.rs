@@ -235,6 +235,11 @@ impl Selection {
         (0..parts).map(move |part| Self { frames: self.frames.iter().skip(part).step_by(parts).copied().collect() })
     }
 
+    /// Those after a frame.
+    pub fn after(&self, done: Option<usize>) -> Self {
+        Self { frames: self.frames.iter().copied().filter(|frame| Some(*frame) > done).collect() }
+    }
+
     /// The selected frames in order.
     pub fn frames(&self) -> &[usize] {
         &self.frames

@@ -44,14 +44,16 @@ pub(super) struct Stream<F> {
     about: About,
     span: Span,
     picker: Picker,
+    /// Frames up to this one are left out.
+    done: Option<usize>,
     next: usize,
     ended: bool,
 }
 
 impl<F: Frames> Stream<F> {
-    pub fn new(frames: F, about: About, span: Span) -> Self {
+    pub fn new(frames: F, about: About, (span, done): (Span, Option<usize>)) -> Self {
         about.came.store(0, Ordering::Relaxed);
-        Self { frames, about, span, picker: Picker::new(span), next: 0, ended: false }
+        Self { frames, about, span, picker: Picker::new(span), done, next: 0, ended: false }
     }
 
     fn timed(&mut self, frame: usize) -> Result<Option<Timed>, String> {
@@ -85,6 +87,7 @@ impl<F: Frames> FrameSource for Stream<F> {
                     self.about.came.store(self.next, Ordering::Relaxed);
                     match self.picker.pick(frame, time) {
                         Pick::Pass => {}
+                        Pick::Use if Some(frame) <= self.done => {}
                         Pick::Use => return Some(self.arrival(frame, time, Ok(picture))),
                         Pick::End => self.ended = true,
                     }

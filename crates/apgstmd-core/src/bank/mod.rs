@@ -255,14 +255,14 @@ impl Bank {
     /// # Errors
     /// As [`crate::Detector::restore`].
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
-        state.check(&self.origin(), KIND, self)?;
+        state.check(&self.origin(), self)?;
         self.reset();
         state.load(self);
         Ok(())
     }
 
     fn origin(&self) -> Origin {
-        State::origin_here(KIND, self.size(), self.params.to_toml())
+        Origin::here(KIND, self.size(), self.params.to_toml())
     }
 
     /// Forgets everything seen: the next frame is a first frame.

@@ -61,6 +61,39 @@ pub struct Origin {
     pub parameters: String,
 }
 
+impl Origin {
+    /// Of what this program makes.
+    pub fn here(of: &str, size: Size, parameters: String) -> Self {
+        Self {
+            format: STATE_FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            of: of.to_owned(),
+            height: size.height,
+            width: size.width,
+            parameters,
+        }
+    }
+
+    /// Whether it is that of what is to take it up.
+    ///
+    /// # Errors
+    /// Another version, kind, size, or other parameters: the first that differs is named.
+    pub fn agrees(&self, expected: &Self) -> Result<(), StateError> {
+        let told = |origin: &Self| format!("{} (state format {})", origin.version, origin.format);
+        if (self.format, &self.version) != (expected.format, &expected.version) {
+            return Err(StateError::Version { given: told(self), expected: told(expected) });
+        }
+        if self.of != expected.of {
+            return Err(StateError::Kind { given: self.of.clone(), expected: expected.of.clone() });
+        }
+        let size = |origin: &Self| Size::new(origin.height, origin.width);
+        if size(self) != size(expected) {
+            return Err(StateError::Size { given: size(self), expected: size(expected) });
+        }
+        differ(&self.parameters, &expected.parameters)
+    }
+}
+
 /// An array of a state, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
@@ -145,7 +178,7 @@ pub enum StateError {
         /// What it is of.
         given: String,
         /// What reads it.
-        expected: &'static str,
+        expected: String,
     },
     /// For other frames.
     #[error("the state is for frames of {given} (height x width), but this detector takes {expected}")]
@@ -203,12 +236,6 @@ impl State {
         &self.arrays
     }
 
-    /// The origin of what this program would make.
-    pub(crate) fn origin_here(of: &'static str, size: Size, parameters: String) -> Origin {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        Origin { format: STATE_FORMAT, version, of: of.to_owned(), height: size.height, width: size.width, parameters }
-    }
-
     /// All that `part` remembers.
     pub(crate) fn of(origin: Origin, part: &mut dyn Remember) -> Self {
         let mut arrays = BTreeMap::new();
@@ -216,22 +243,9 @@ impl State {
         Self { origin, arrays }
     }
 
-    /// Whether `part` could take it up, being of `expected`.
-    pub(crate) fn check(&self, expected: &Origin, of: &'static str, part: &mut dyn Remember) -> Result<(), StateError> {
-        let Origin { format, version, of: given, height, width, parameters } = &self.origin;
-        let told = |version: &str, format| format!("{version} (state format {format})");
-        if (format, version) != (&expected.format, &expected.version) {
-            let (given, expected) = (told(version, *format), told(&expected.version, expected.format));
-            return Err(StateError::Version { given, expected });
-        }
-        if given != of {
-            return Err(StateError::Kind { given: given.clone(), expected: of });
-        }
-        if (*height, *width) != (expected.height, expected.width) {
-            let (given, expected) = (Size::new(*height, *width), Size::new(expected.height, expected.width));
-            return Err(StateError::Size { given, expected });
-        }
-        differ(parameters, &expected.parameters)?;
+    /// Whether `part`, being of `expected`, could take it up.
+    pub(crate) fn check(&self, expected: &Origin, part: &mut dyn Remember) -> Result<(), StateError> {
+        self.origin.agrees(expected)?;
         let mut visit = Visit::check(&self.arrays);
         part.show(&mut visit)?;
         visit.end()

@@ -318,7 +318,7 @@ impl Tracker {
     /// # Errors
     /// As [`crate::Detector::restore`].
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
-        state.check(&self.origin(), KIND, self)?;
+        state.check(&self.origin(), self)?;
         self.reset();
         state.load(self);
         Ok(())
@@ -328,7 +328,7 @@ impl Tracker {
         let mut params = toml::Table::try_from(&self.params).expect("parameters are plain values");
         params.insert("v_opt".to_owned(), self.v_opt.into());
         params.insert("newest".to_owned(), self.newest.into());
-        State::origin_here(KIND, self.size, params.to_string())
+        Origin::here(KIND, self.size, params.to_string())
     }
 
     /// Forgets everything seen: ids begin at 0 again.

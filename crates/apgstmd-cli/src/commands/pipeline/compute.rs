@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 
 use apgstmd_core::tracking::Observation;
 use apgstmd_core::{
-    Detection, EgoMotion, FalseAlarms, Frame, Machine, ParamError, Response, Size, Stage, Timing, Tracker,
+    Detection, EgoMotion, FalseAlarms, Frame, Machine, ParamError, Response, Size, Stage, State, StateError, Timing,
+    Tracker,
 };
 use indicatif::ProgressBar;
 use ndarray::{Array2, Array3};
 
 use super::Options;
 use super::ahead::{Read, ReadAhead, room};
+use super::checkpoint::{Computing, States};
 use super::engine::{Engine, tracked};
 use super::limit::Limit;
 use crate::Outcome;
@@ -33,6 +35,13 @@ pub(super) struct Computed {
     pub copy: Duration,
     /// When its picture was there.
     pub came: Instant,
+}
+
+/// What goes to the one that writes.
+pub(super) enum Message {
+    Frame(Box<Computed>),
+    /// All frames before it are out: with their rows, this is where the run can be resumed.
+    Checkpoint(Box<(States, Computing)>),
 }
 
 /// What became of the frames that left no result, and where the time went.
@@ -110,6 +119,26 @@ struct Model {
     first: String,
 }
 
+impl Model {
+    /// Takes up what an earlier run remembered.
+    fn resume(&mut self, (states, computing): (States, Computing)) -> Outcome {
+        let Computing { origin, last, limits, .. } = computing;
+        let mut take = || -> Result<(), StateError> {
+            self.detector.restore(&State::from_bytes(&states.engine)?)?;
+            if let (Some(tracker), Some(state)) = (&mut self.tracker, &states.tracker) {
+                tracker.restore(&State::from_bytes(state)?)?;
+            }
+            if let (Some(limit), Some(state)) = (&mut self.limit, &states.alarms) {
+                limit.restore(&State::from_bytes(state)?, limits)?;
+            }
+            Ok(())
+        };
+        take().map_err(|error| Failure::failed(format_args!("cannot go on from the checkpoint: {error}")))?;
+        (self.first, self.last) = (origin, last);
+        Ok(())
+    }
+}
+
 /// A picture that fits the detector.
 struct Accepted {
     frame: usize,
@@ -124,8 +153,12 @@ struct Accepted {
 pub(super) struct Compute<'a> {
     options: &'a Options<'a>,
     bar: &'a ProgressBar,
-    results: SyncSender<Computed>,
+    results: SyncSender<Message>,
     model: Option<Model>,
+    /// What an earlier run remembered, until there is a model to take it up.
+    resumed: Option<(States, Computing)>,
+    /// Frames since the last checkpoint.
+    since: usize,
     /// Held back, and how many are to be.
     held: Vec<Found>,
     hold: usize,
@@ -133,22 +166,55 @@ pub(super) struct Compute<'a> {
 }
 
 impl<'a> Compute<'a> {
-    pub fn new(options: &'a Options<'a>, bar: &'a ProgressBar, results: SyncSender<Computed>) -> Self {
-        Self { options, bar, results, model: None, held: Vec::new(), hold: 0, left: Left::default() }
+    pub fn new(
+        options: &'a Options<'a>,
+        bar: &'a ProgressBar,
+        results: SyncSender<Message>,
+        resumed: Option<(States, Computing)>,
+    ) -> Self {
+        let mut left = Left::default();
+        if let Some((_, Computing { came, left_out, skipped, .. })) = &resumed {
+            ((left.first, left.last), left.left_out, left.skipped) = (*came, left_out.clone(), skipped.clone());
+        }
+        Self { options, bar, results, model: None, resumed, since: 0, held: Vec::new(), hold: 0, left }
     }
 
     /// Until the last frame, an error, Ctrl-C, or nobody takes the results.
     pub fn run(mut self, mut ahead: ReadAhead) -> (Left, Outcome) {
         let ended = self.blocks(&mut ahead);
+        let ended = if self.left.interrupted { ended.and_then(|()| self.checkpoint()) } else { ended };
         // However it ended, what was found is written.
         let released = if matches!(ended, Err(End::Gone)) { Ok(()) } else { self.release() };
         let outcome = match ended.and(released) {
             Ok(()) | Err(End::Gone) => Ok(()),
             Err(End::Failed(failure)) => Err(failure),
         };
-        self.left.threshold = self.model.as_ref().and_then(|model| model.limit.as_ref()).and_then(Limit::record);
+        self.left.threshold = self.threshold();
         self.left.dropped = ahead.dropped();
         (self.left, outcome)
+    }
+
+    /// The scores that were asked for at the end.
+    fn threshold(&mut self) -> Option<Threshold> {
+        match (&self.model, self.resumed.take()) {
+            (Some(model), _) => model.limit.as_ref().and_then(Limit::record),
+            // Nothing came after the checkpoint.
+            (None, Some((states, computing))) => {
+                let mut limit = self.limit()?;
+                let alarms = State::from_bytes(states.alarms.as_deref()?).ok()?;
+                limit.restore(&alarms, computing.limits).ok()?;
+                limit.record()
+            }
+            (None, None) => None,
+        }
+    }
+
+    fn limit(&self) -> Option<Limit> {
+        let options = self.options;
+        let follows = options.bank.is_some() || options.false_alarms.is_some();
+        follows.then(|| {
+            Limit::new(options.false_alarms, options.tracks && !options.fixed_births(), options.bank.is_some())
+        })
     }
 
     fn blocks(&mut self, ahead: &mut ReadAhead) -> Result<(), End> {
@@ -170,7 +236,33 @@ impl<'a> Compute<'a> {
                 self.take(read, &mut block)?;
             }
             self.process(block)?;
+            let every = self.options.checkpoints.and_then(|checkpoints| checkpoints.every);
+            if every.is_some_and(|every| self.since >= every) {
+                self.checkpoint()?;
+            }
         }
+    }
+
+    /// Says what it remembers, between two blocks. While frames are held back, there is nothing to go on from.
+    fn checkpoint(&mut self) -> Result<(), End> {
+        let wanted = self.options.checkpoints.is_some_and(|checkpoints| checkpoints.every.is_some());
+        let Some(model) = self.model.as_mut().filter(|_| wanted && self.held.is_empty()) else { return Ok(()) };
+        let (alarms, limits) = model.limit.as_mut().map(Limit::state).unzip();
+        let states = States {
+            engine: model.detector.state().to_bytes(),
+            tracker: model.tracker.as_mut().map(|tracker| tracker.state().to_bytes()),
+            alarms: alarms.map(|alarms| alarms.to_bytes()),
+        };
+        let computing = Computing {
+            origin: model.first.clone(),
+            last: model.last,
+            came: (self.left.first, self.left.last),
+            left_out: self.left.left_out.clone(),
+            skipped: self.left.skipped.clone(),
+            limits: limits.unwrap_or_default(),
+        };
+        self.since = 0;
+        Ok(self.results.send(Message::Checkpoint(Box::new((states, computing)))).map_err(|_| Gone)?)
     }
 
     /// Adds a picture to the block. One that cannot be used comes after those before it have been computed.
@@ -180,8 +272,12 @@ impl<'a> Compute<'a> {
         match picture.and_then(|picture| self.fits(&picture).map(|()| picture)) {
             Ok(picture) => {
                 if self.model.is_none() {
-                    self.model = Some(self.make(&picture, &origin)?);
-                    self.hold = self.to_hold(&picture);
+                    let mut model = self.make(&picture, &origin)?;
+                    match self.resumed.take() {
+                        Some(resumed) => model.resume(resumed)?,
+                        None => self.hold = self.to_hold(&picture),
+                    }
+                    self.model = Some(model);
                 }
                 block.push(Accepted { frame, name, origin, time, picture, decode: spent, came });
                 Ok(())
@@ -229,11 +325,7 @@ impl<'a> Compute<'a> {
             Some(bank) => Tracker::new(picture.size(), &tracked(bank)?),
         });
         let tracker = tracker.transpose().map_err(Failure::usage)?;
-        let options = self.options;
-        let follows = options.bank.is_some() || options.false_alarms.is_some();
-        let limit = follows.then(|| {
-            Limit::new(options.false_alarms, options.tracks && !options.fixed_births(), options.bank.is_some())
-        });
+        let limit = self.limit();
         // Made one by one: a copy has no room for detections.
         let responses = (0..most).map(|_| detector.make_response()).collect();
         Ok(Model { responses, first: origin.to_owned(), detector, limit, tracker, last: None })
@@ -340,8 +432,9 @@ impl<'a> Compute<'a> {
         let seen =
             Seen { frame, name, time, picture, detections, tracks, background_shift, ego_motion, cut, maps, response };
         self.bar.inc(1);
+        self.since += 1;
         let computed = Computed { seen, size: detector.size(), decode, compute, copy, came };
-        Ok(self.results.send(computed).map_err(|_| Gone)?)
+        Ok(self.results.send(Message::Frame(Box::new(computed))).map_err(|_| Gone)?)
     }
 }
 

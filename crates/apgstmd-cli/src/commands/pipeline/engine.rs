@@ -1,7 +1,8 @@
 //! What computes: one detector, or a bank of them.
 
 use apgstmd_core::{
-    Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Response, Size, Timing,
+    Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Response, Size, State,
+    StateError, Timing,
 };
 
 use super::Options;
@@ -44,6 +45,20 @@ impl Engine {
         match self {
             Self::Detector(detector) => detector.frames(),
             Self::Bank(bank) => bank.frames(),
+        }
+    }
+
+    pub fn state(&mut self) -> State {
+        match self {
+            Self::Detector(detector) => detector.state(),
+            Self::Bank(bank) => bank.state(),
+        }
+    }
+
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        match self {
+            Self::Detector(detector) => detector.restore(state),
+            Self::Bank(bank) => bank.restore(state),
         }
     }
 

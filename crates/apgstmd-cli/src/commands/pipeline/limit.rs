@@ -1,7 +1,7 @@
 //! Which detections are listed and which may begin tracks: scores that so many false alarms a frame have, found from the
 //! clip while it passes.
 
-use apgstmd_core::{Detection, FalseAlarms};
+use apgstmd_core::{Detection, FalseAlarms, State, StateError};
 
 use super::engine::BIRTH_SCORE;
 use crate::sink::run_json::Threshold;
@@ -44,6 +44,18 @@ impl Limit {
     pub fn look(&mut self) {
         self.least = self.rate.map_or(0.0, |rate| self.alarms.least_score(rate));
         self.birth = if self.births { self.alarms.least_score(BIRTHS) } else { 0.0 };
+    }
+
+    /// The state of the alarms, and the thresholds in force.
+    pub fn state(&mut self) -> (State, (f32, f32)) {
+        (self.alarms.state(), (self.least, self.birth))
+    }
+
+    /// Takes up what `state` gave.
+    pub fn restore(&mut self, alarms: &State, (least, birth): (f32, f32)) -> Result<(), StateError> {
+        self.alarms.restore(alarms)?;
+        (self.least, self.birth) = (least, birth);
+        Ok(())
     }
 
     /// Whether there was enough to go by.

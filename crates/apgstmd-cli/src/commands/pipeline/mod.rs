@@ -2,12 +2,14 @@
 //! bounded queues lie between. Keeps time and counts; decides nothing else.
 
 mod ahead;
+mod checkpoint;
 mod compute;
 mod engine;
 mod latest;
 mod limit;
+mod traces;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -18,15 +20,18 @@ use apgstmd_core::{BankParams, Machine, Params, Size, Timing as Stages};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use self::ahead::ReadAhead;
-use self::compute::{Compute, Computed};
+pub(super) use self::checkpoint::{Checkpoint, Checkpoints, remove};
+use self::checkpoint::{Writing, lengths};
+use self::compute::{Compute, Computed, Message};
 pub(super) use self::engine::birth_score;
+use self::traces::Traces;
 use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::{Failure, reason};
 use crate::footage::{Footage, Tuned, Warning};
 use crate::settings::DumpSettings;
 use crate::sink::Sink;
-use crate::sink::run_json::{Background, Busy, Delay, Found, Live, Skipped, Statistic, Threshold, Timing};
+use crate::sink::run_json::{Background, Busy, Found, Live, Skipped, Spread, Threshold, Timing};
 use crate::source::{FrameSource, Span};
 
 /// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
@@ -52,6 +57,8 @@ pub(super) struct Options<'a> {
     pub live: bool,
     /// Which frames of the source are used: those between are no gaps.
     pub span: Span,
+    /// Where the run is kept, should it end early.
+    pub checkpoints: Option<&'a Checkpoints>,
 }
 
 impl Options<'_> {
@@ -66,6 +73,8 @@ impl Options<'_> {
 pub(super) struct Report {
     pub size: Option<Size>,
     pub frames: usize,
+    /// Of these, frames of an earlier run that this one goes on from.
+    pub resumed_after: Option<usize>,
     pub skipped: Vec<Skipped>,
     pub found: Found,
     pub background: Background,
@@ -89,34 +98,38 @@ pub(super) struct Report {
     /// What is wrong with the footage.
     pub warnings: Vec<Warning>,
     readers: usize,
-    decode: Vec<f64>,
-    compute: Vec<f64>,
-    write: Vec<f64>,
+    decode: Spread,
+    compute: Spread,
+    write: Spread,
+    total: Spread,
 }
 
 impl Report {
+    /// Frames that this run computed itself.
+    pub fn frames_now(&self) -> usize {
+        self.frames - self.resumed_after.unwrap_or(0)
+    }
+
     /// What each stage of the model took, a frame.
     pub fn stage_seconds(&self) -> BTreeMap<&'static str, f64> {
-        let each = |spent: Duration| spent.as_secs_f64() / self.frames.max(1) as f64;
+        let each = |spent: Duration| spent.as_secs_f64() / self.frames_now().max(1) as f64;
         self.stages.parts().map(|(name, spent)| (name, each(spent))).filter(|(_, seconds)| *seconds > 0.0).collect()
     }
 
     pub fn timing(&self) -> Timing {
-        let total: Vec<f64> =
-            self.decode.iter().zip(&self.compute).zip(&self.write).map(|((d, c), w)| d + c + w).collect();
         let wall = self.wall.as_secs_f64();
-        let share = |spent: &[f64], threads: usize| spent.iter().sum::<f64>() / (wall * threads as f64).max(1e-9);
+        let share = |spent: &Spread, threads: usize| spent.sum() / (wall * threads as f64).max(1e-9);
         let busy = Busy {
             decode: share(&self.decode, self.readers.max(1)),
             compute: share(&self.compute, 1),
             write: share(&self.write, 1),
         };
         Timing {
-            decode: Statistic::of(&self.decode),
-            compute: Statistic::of(&self.compute),
-            write: Statistic::of(&self.write),
-            total: Statistic::of(&total),
-            wall: wall / self.frames.max(1) as f64,
+            decode: self.decode.statistic(),
+            compute: self.compute.statistic(),
+            write: self.write.statistic(),
+            total: self.total.statistic(),
+            wall: wall / self.frames_now().max(1) as f64,
             limited_by: busy.largest(),
             busy,
         }
@@ -124,10 +137,11 @@ impl Report {
 }
 
 /// Takes one frame from each of `sources` in turn, to their end, an error or Ctrl-C. `open` makes the sinks once the
-/// first frame is accepted.
+/// first frame is accepted. `from` is where an earlier run came to, of which the frames are left out by the sources.
 pub(super) fn drive<'s>(
     sources: Vec<Box<dyn FrameSource + '_>>,
     options: &Options<'_>,
+    from: Option<Checkpoint>,
     open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
 ) -> Report {
     let expected = sources.iter().map(|source| source.expected()).sum();
@@ -135,7 +149,7 @@ pub(super) fn drive<'s>(
     let bar = progress_bar(expected, options.quiet);
     let begin = Instant::now();
     let mut sinks = Vec::new();
-    let mut outcome = feed(sources, options, open, &mut sinks, &mut report, &bar);
+    let mut outcome = feed(sources, options, from, open, &mut sinks, &mut report, &bar);
     for sink in &mut sinks {
         let finished = sink.finish();
         outcome = outcome.and(finished);
@@ -153,6 +167,7 @@ pub(super) fn drive<'s>(
 fn feed<'s>(
     sources: Vec<Box<dyn FrameSource + '_>>,
     options: &Options<'_>,
+    from: Option<Checkpoint>,
     open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
@@ -162,13 +177,20 @@ fn feed<'s>(
         let start = if options.live { ReadAhead::start_live } else { ReadAhead::start };
         let ahead = start(scope, sources)?;
         let (sender, results) = sync_channel(if options.live { 0 } else { WAITING });
-        let compute = Compute::new(options, bar, sender);
+        let (size, resumed, writing) = match from {
+            Some(Checkpoint { size, states, computing, writing }) => {
+                (Some(size), Some((states, computing)), Some(writing))
+            }
+            None => (None, None, None),
+        };
+        report.size = size;
+        let compute = Compute::new(options, bar, sender, resumed);
         let computing = Builder::new()
             .name("apgstmd-compute".to_owned())
             .spawn_scoped(scope, move || compute.run(ahead))
             .map_err(|error| Failure::failed(format_args!("cannot start a thread: {}", reason(&error))))?;
-        let mut delays = Vec::new();
-        let written = write(results, open, sinks, report, options, bar, &mut delays);
+        let mut delays = Spread::default();
+        let written = write(results, open, sinks, report, options, bar, writing, &mut delays);
         // Whoever still waits to hand something on has been told by now.
         let (left, computed) = computing.join().unwrap_or_else(|panic| resume_unwind(panic));
         report.skipped = left.skipped;
@@ -178,27 +200,49 @@ fn feed<'s>(
         report.left_out = left.left_out;
         report.stages = left.stages;
         report.threshold = left.threshold;
-        report.live = left.dropped.map(|dropped| Live { dropped, delay: Delay::of(&delays) });
+        report.live = left.dropped.map(|dropped| Live { dropped, delay: delays.delay() });
         // What failed to be written came before what failed to be computed.
         written.and(computed)
     })
 }
 
+#[expect(clippy::too_many_arguments, reason = "called from one place")]
 fn write<'s>(
-    results: Receiver<Computed>,
+    results: Receiver<Message>,
     open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
     options: &Options<'_>,
     bar: &ProgressBar,
-    delays: &mut Vec<f64>,
+    from: Option<Writing>,
+    delays: &mut Spread,
 ) -> Outcome {
     let mut open = Some(open);
-    let mut traces = HashSet::new();
-    let mut footage = Footage::new(tuned(options));
+    let (mut traces, mut footage) = (Traces::default(), Footage::new(tuned(options)));
+    if let Some(writing) = from {
+        // What is there is cut back at once, whether frames are left or not.
+        *sinks = open.take().map_or_else(|| Ok(Vec::new()), |open| open())?;
+        report.resumed_after = Some(writing.frames);
+        Writing { frames: report.frames, found: report.found, background: report.background, traces, footage, .. } =
+            writing;
+        bar.inc(report.frames as u64);
+    }
     let mut outcome = Ok(());
-    for Computed { seen, size, decode, compute, copy, came } in results {
+    for message in results {
         let begin = Instant::now();
+        let Computed { seen, size, decode, compute, copy, came } = match message {
+            Message::Frame(computed) => *computed,
+            Message::Checkpoint(reached) => {
+                let (states, computing) = *reached;
+                let (Some(of), Some(size)) = (options.checkpoints, report.size) else { continue };
+                let (frames, found, background) = (report.frames, report.found, report.background.clone());
+                let writing = Writing { frames, found, background, traces, footage, files: lengths(sinks)? };
+                let checkpoint = Checkpoint { size, states, computing, writing };
+                checkpoint.write(of)?;
+                Writing { traces, footage, .. } = checkpoint.writing;
+                continue;
+            }
+        };
         if let Some(open) = open.take() {
             *sinks = open()?;
             report.size = Some(size);
@@ -207,16 +251,12 @@ fn write<'s>(
         if outcome.is_err() {
             break;
         }
-        delays.push(came.elapsed().as_secs_f64());
-        report.decode.push(decode.as_secs_f64());
-        report.compute.push(compute.as_secs_f64());
-
+        delays.add(came.elapsed().as_secs_f64());
         report.frames += 1;
         report.background.add(&seen);
         report.found.detections += seen.detections.len();
         report.found.frames_with_detections += usize::from(!seen.detections.is_empty());
-        traces.extend(seen.detections.iter().map(|detection| detection.trace));
-        report.found.traces = traces.len();
+        report.found.traces = traces.add(seen.detections.iter().map(|detection| detection.trace));
         if options.tracks {
             // Numbered from 0 as they are confirmed.
             let newest = seen.tracks.iter().map(|point| point.track as usize + 1).max();
@@ -224,7 +264,12 @@ fn write<'s>(
         }
         bar.set_message(format!("{} detections", report.found.detections));
         footage.take(seen);
-        report.write.push((copy + begin.elapsed()).as_secs_f64());
+        let [decode, compute] = [decode, compute].map(|spent| spent.as_secs_f64());
+        let write = (copy + begin.elapsed()).as_secs_f64();
+        report.decode.add(decode);
+        report.compute.add(compute);
+        report.write.add(write);
+        report.total.add(decode + compute + write);
     }
     report.warnings = footage.warnings();
     outcome
@@ -336,9 +381,10 @@ mod tests {
             quiet: true,
             live: true,
             span: Span::ALL,
+            checkpoints: None,
         };
         let sink = Slow { work, taken, late: Arc::clone(&late) };
-        let report = drive(vec![Box::new(camera)], &options, || Ok(vec![Box::new(sink) as Box<dyn Sink>]));
+        let report = drive(vec![Box::new(camera)], &options, None, || Ok(vec![Box::new(sink) as Box<dyn Sink>]));
         assert!(report.failure.is_none() && !report.interrupted);
         let late = late.lock().unwrap();
         let live = report.live.unwrap();
@@ -372,8 +418,9 @@ mod tests {
             quiet: true,
             live: false,
             span: Span::ALL,
+            checkpoints: None,
         };
-        let report = drive(vec![Box::new(camera)], &options, || Ok(Vec::new()));
+        let report = drive(vec![Box::new(camera)], &options, None, || Ok(Vec::new()));
         assert_eq!((report.frames, report.left_out.len()), (15, 0));
         assert!(report.live.is_none());
     }
