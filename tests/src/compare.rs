@@ -5,7 +5,7 @@
 //! side, so that every later frame can be held to the same strict bound.
 
 use apgstmd_core::params::BackgroundMotion;
-use apgstmd_core::{Detector, Frame, Model, Params, Response, Size, Stage};
+use apgstmd_core::{Detector, Frame, Model, Params, Region, Response, Size, Stage};
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 
 pub use crate::floors::{Floors, LUMINANCE_ROUNDING};
@@ -109,6 +109,7 @@ pub struct Pair {
     /// Its last output.
     pub response: Response,
     naive: Oracle,
+    looked_in: Option<Region>,
     params: Params,
     floors: Floors,
     /// M of the fast one, every frame.
@@ -127,12 +128,29 @@ impl Pair {
             response: fast.make_response(),
             naive: Oracle::new(params, f64::from(fast.lag())),
             fast,
+            looked_in: None,
             params: params.clone(),
             floors: Floors::new(params),
             m: Vec::new(),
             attended: 0,
             detections: 0,
         }
+    }
+
+    /// Both look in a region only; of the naive models, apg-STMD can.
+    pub fn look_in(&mut self, region: &Region) {
+        let Oracle::ApgStmd(naive) = &mut self.naive else { panic!("only apg-STMD") };
+        self.fast.look_in(Some(region)).expect("a region of the size of the frames");
+        // Peaks count from where a target inside may be reported.
+        let reach = self.fast.lag().abs().ceil() as isize + 1;
+        let Size { height, width } = region.size();
+        let near = |y: usize, x: usize| {
+            let rows = (y as isize - reach).max(0)..=(y as isize + reach).min(height as isize - 1);
+            let columns = (x as isize - reach).max(0)..=(x as isize + reach).min(width as isize - 1);
+            rows.into_iter().any(|v| columns.clone().any(|u| region.contains(u as f32, v as f32)))
+        };
+        naive.region = Some(Array2::from_shape_fn((height, width), |(y, x)| near(y, x)));
+        self.looked_in = Some(region.clone());
     }
 
     /// One frame through both.
@@ -216,7 +234,18 @@ impl Pair {
     }
 
     fn detections(&self, seen: &Seen, floor: f64) -> Result<(), String> {
-        let (given, truth) = (&self.response.detections, &seen.detections);
+        let tolerance = (RELATIVE * peak(&seen.q)).max(floor);
+        // On the border of a region rounding decides, also of what is so faint that its direction, and with it its place, is.
+        let clear = |x: f32, y: f32, score: f64| {
+            self.looked_in.as_ref().is_none_or(|region| {
+                let around = [(-0.01, 0.0), (0.01, 0.0), (0.0, -0.01), (0.0, 0.01)];
+                score > tolerance && around.iter().all(|(dx, dy)| region.contains(x + dx, y + dy))
+            })
+        };
+        let truth = seen.detections.iter().filter(|found| clear(found.x as f32, found.y as f32, found.score));
+        let truth: Vec<&Detection> = truth.collect();
+        let given = self.response.detections.iter().filter(|found| clear(found.x, found.y, found.score.into()));
+        let given: Vec<_> = given.collect();
         let differ = |what: String| Err(format!("{what}\ngiven: {given:#?}\ntruth: {truth:#?}"));
         if given.len() != truth.len() {
             return differ(format!("{} detections instead of {}", given.len(), truth.len()));
@@ -224,12 +253,11 @@ impl Pair {
         if !given.is_sorted_by(|a, b| a.score >= b.score) {
             return differ("the strongest must come first".to_owned());
         }
-        let tolerance = (RELATIVE * peak(&seen.q)).max(floor);
-        for truth in truth {
+        for truth in &truth {
             let Some(given) = given.iter().find(|given| given.trace == truth.trace) else {
                 return differ(format!("trace {} is missing", truth.trace));
             };
-            let Detection { x, y, score, direction, directedness, .. } = *truth;
+            let Detection { x, y, score, direction, directedness, .. } = **truth;
             if direction.is_nan() != given.direction.is_nan() {
                 return differ(format!("a direction is there or is not: {given:?} instead of {truth:?}"));
             }

@@ -1,6 +1,6 @@
 //! The streaming detector: made once for a frame size, fed frame by frame.
 
-use crate::detection::Response;
+use crate::detection::{Detection, Response};
 use crate::error::{FrameError, ParamError};
 use crate::filter::temporal::MOST_TOGETHER;
 use crate::frame::{Frame, Size};
@@ -9,6 +9,7 @@ use crate::model::{Wiring, lag, latency, wire};
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::probe::Probe;
+use crate::region::{Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
 use crate::state::{Origin, Remember, State, StateError, Visit};
@@ -60,6 +61,8 @@ pub struct Detector {
     lag: f32,
     /// Speed, px/frame, and size, px, of the targets it is tuned to.
     tuning: (f32, f32),
+    /// Where targets are reported, if not anywhere.
+    region: Option<Region>,
     luminance: Vec<Plane>,
     model: Box<dyn Wiring>,
     workers: Workers,
@@ -102,10 +105,31 @@ impl Detector {
             frames: 0,
             lag: lag::measure(params, workers.simd()),
             tuning: (lag::tuned_speed(params) as f32, params.target_size() as f32),
+            region: None,
             luminance: (0..together).map(|_| Plane::new(size)).collect(),
             model: wire(size, params, machine.threads, together),
             workers,
         })
+    }
+
+    /// Looks for targets in a region only, from the next frame on, or again everywhere. What it remembers stays.
+    ///
+    /// Detections outside are not reported; the inhibition of the lobula, which costs most, is computed only where a target
+    /// inside could be seen, and attention and prediction follow what is seen. The camera's motion is found from all of the
+    /// picture. Detections inside are those of a detector without a region as far as nothing that is outside had a part in
+    /// them. A region is no part of [`Detector::state`].
+    ///
+    /// # Errors
+    /// A region of another size.
+    pub fn look_in(&mut self, region: Option<&Region>) -> Result<(), RegionError> {
+        if let Some(given) = region.map(Region::size).filter(|given| *given != self.size()) {
+            return Err(RegionError::Size { given, expected: self.size() });
+        }
+        // A target is reported ahead of the peak of its response, or not at all.
+        let behind = self.lag.abs().ceil() as usize + 1;
+        self.model.look_in(region.map(|region| region.dilated(behind)).as_ref());
+        self.region = region.cloned();
+        Ok(())
     }
 
     /// Size of the frames it takes.
@@ -214,7 +238,9 @@ impl Detector {
                 (found.speed, found.size) = self.tuning;
             }
             let least = self.params.detection.least_score as f32;
-            response.detections.retain(|found| found.score >= least);
+            let reported =
+                |found: &Detection| self.region.as_ref().is_none_or(|region| region.contains(found.x, found.y));
+            response.detections.retain(|found| found.score >= least && reported(found));
         }
     }
 

@@ -24,6 +24,7 @@ use std::ops::Index;
 
 use apgstmd_core::params::{Gate, Localise};
 use apgstmd_core::{DIRECTIONS, Params, Stage};
+use ndarray::Array2;
 
 use self::map::{Map, maximum};
 use self::motion::{Background, Found, Motion};
@@ -81,6 +82,8 @@ pub struct Decisions<'a> {
 
 /// The model and all it has seen.
 pub struct Naive {
+    /// Where peaks may lie, if not anywhere.
+    pub region: Option<Array2<bool>>,
     params: Params,
     lag: f64,
     contrast_kernels: Vec<Map>,
@@ -107,6 +110,7 @@ impl Naive {
     pub fn new(params: &Params, lag: f64) -> Self {
         let (lamina, medulla) = (&params.lamina, &params.medulla);
         Self {
+            region: None,
             params: params.clone(),
             lag,
             contrast_kernels: retina::contrast_kernels(params),
@@ -203,7 +207,7 @@ impl Naive {
         let e = lobula::inhibition(&d, &self.lateral_kernel, &params);
 
         let (judged_e, judged_c) = decisions.response.unwrap_or((&e, &c));
-        let peaks = rejection::peaks(&maximum(judged_e), &params);
+        let peaks = rejection::peaks(&maximum(judged_e), &params, self.region.as_ref());
         let confirmed = self.traces.step(&peaks, judged_c, &motion, &params);
         let kept = rejection::keep(&e, &confirmed, &params);
         self.p.push(p.clone());

@@ -3,6 +3,8 @@
 use apgstmd_core::Params;
 use apgstmd_core::params::{BackgroundMotion, RejectionMode};
 
+use ndarray::Array2;
+
 use super::map::Map;
 use super::motion::{Motion, middle};
 
@@ -19,8 +21,8 @@ pub struct Peak {
 
 /// Peaks, strongest first (equals in raster order): above the threshold and 0, at least as high as every later pixel
 /// (raster order) of the (2r + 1)^2 neighbourhood clipped to the image, higher than every earlier one. So a plateau
-/// gives one peak.
-pub fn peaks(map: &Map, params: &Params) -> Vec<Peak> {
+/// gives one peak. Peaks outside `region` are none.
+pub fn peaks(map: &Map, params: &Params, region: Option<&Array2<bool>>) -> Vec<Peak> {
     let (height, width) = map.dim();
     let radius = params.detection.peak_radius as usize;
     let mut found = Vec::new();
@@ -41,6 +43,7 @@ pub fn peaks(map: &Map, params: &Params) -> Vec<Peak> {
             found.push(Peak { pixel: (y, x), value, place: (x as f64 + dx, y as f64 + dy) });
         }
     }
+    found.retain(|peak| region.is_none_or(|region| region[peak.pixel]));
     found.sort_by(|a, b| b.value.total_cmp(&a.value)); // stable
     found.truncate(params.detection.max_peaks as usize);
     found
@@ -226,7 +229,7 @@ mod tests {
         let map = Map::from_shape_fn((20, 20), |(y, x)| {
             (10.0 - (x as f64 - 7.3).powi(2) - 0.5 * (y as f64 - 11.8).powi(2)).max(0.0)
         });
-        let found = peaks(&map, &Params::default());
+        let found = peaks(&map, &Params::default(), None);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].pixel, (12, 7));
         assert!((found[0].place.0 - 7.3).abs() < 1e-12 && (found[0].place.1 - 11.8).abs() < 1e-12);
@@ -234,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_plateau_gives_one_peak() {
-        let found = peaks(&Map::ones((9, 9)), &Params::default());
+        let found = peaks(&Map::ones((9, 9)), &Params::default(), None);
         assert_eq!(found.iter().map(|peak| peak.pixel).collect::<Vec<_>>(), [(0, 0)]);
     }
 

@@ -122,7 +122,8 @@ impl Rival {
         };
 
         let (judged_e, judged_c) = decisions.response.unwrap_or((&e, &c));
-        let confirmed = self.traces.step(&peaks(&maximum(judged_e), &self.params), judged_c, &motion, &self.params);
+        let confirmed =
+            self.traces.step(&peaks(&maximum(judged_e), &self.params, None), judged_c, &motion, &self.params);
         let q = keep(&e, &confirmed, &self.params);
         if self.params.model.is_directional() {
             stages.push((Stage::Ep, q.clone()));

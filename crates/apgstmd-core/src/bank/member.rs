@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::params::{BankParams, Member};
 use super::pyramid::Level;
-use super::spot::{Ideal, Profile, places};
+use super::spot::{Ideal, Profile, farthest, places};
 use crate::detection::{Detection, Response};
 use crate::detector::Detector;
 use crate::error::ParamError;
@@ -16,6 +16,7 @@ use crate::frame::{Frame, Size};
 use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
+use crate::region::{Rectangle, Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::state::{Remember, StateError, Visit};
 use crate::timing::Timing;
@@ -123,6 +124,22 @@ impl Running {
             candidates: Vec::with_capacity(peaks),
             timing: Timing::default(),
         })
+    }
+
+    /// Sees what can be of a target in the region.
+    pub fn look_in(&mut self, region: Option<&Region>) -> Result<(), RegionError> {
+        // Where too little of the picture is left at this scale, its rows at the end belong to what is above.
+        let all = || Rectangle { x: 0, y: 0, width: usize::MAX, height: usize::MAX };
+        let reduced = region.map(|region| match region.reduced(self.member.scale) {
+            Some(reduced) => Ok(reduced.dilated(farthest(self.calibration.lag))),
+            None => Region::from_rectangles(self.detector.size(), &[all()]),
+        });
+        self.detector.look_in(reduced.transpose()?.as_ref())
+    }
+
+    /// Lets go of candidates elsewhere.
+    pub fn report_in(&mut self, region: &Region) {
+        self.candidates.retain(|candidate| region.contains(candidate.found.x, candidate.found.y));
     }
 
     pub fn own_speed(&self) -> f64 {

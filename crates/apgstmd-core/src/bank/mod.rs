@@ -19,6 +19,7 @@ use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
 use crate::memory::{Heap, Memory};
 use crate::model::lag;
+use crate::region::{Region, RegionError};
 use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
@@ -56,6 +57,8 @@ pub use params::{BankParams, Member, SCALES};
 pub struct Bank {
     params: BankParams,
     frames: u64,
+    /// Where targets are reported, if not anywhere.
+    region: Option<Region>,
     levels: Vec<Level>,
     members: Vec<Running>,
     /// What the members saw.
@@ -114,7 +117,20 @@ impl Bank {
         let seen = members.iter().map(Running::make_response).collect();
         let candidates = members.len() * params.base.detection.max_peaks as usize;
         let merge = Merge::new(candidates, params.most);
-        Ok(Self { params: params.clone(), frames: 0, levels, members, seen, merge, workers })
+        Ok(Self { params: params.clone(), frames: 0, region: None, levels, members, seen, merge, workers })
+    }
+
+    /// Looks for targets in a region only: see [`crate::Detector::look_in`]. A reduced pixel is inside where any of its pixels is.
+    ///
+    /// # Errors
+    /// A region of another size.
+    pub fn look_in(&mut self, region: Option<&Region>) -> Result<(), RegionError> {
+        if let Some(given) = region.map(Region::size).filter(|given| *given != self.size()) {
+            return Err(RegionError::Size { given, expected: self.size() });
+        }
+        self.members.iter_mut().try_for_each(|running| running.look_in(region))?;
+        self.region = region.cloned();
+        Ok(())
     }
 
     /// Size of the frames it takes.
@@ -206,6 +222,9 @@ impl Bank {
                 }
             });
         });
+        if let Some(region) = &self.region {
+            members.iter_mut().for_each(|running| running.report_in(region));
+        }
         merge.process(members, self.params.contrast, &mut response.detections);
         let least = self.params.base.detection.least_score as f32;
         response.detections.retain(|found| found.score >= least);

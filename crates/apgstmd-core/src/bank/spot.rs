@@ -53,6 +53,11 @@ pub(super) fn places(lag: f32) -> usize {
     ((lag + BEYOND).ceil().max(1.0) as i32 - FIRST + 1).clamp(3, MOST as i32) as usize
 }
 
+/// How far from the response a target can be put, px.
+pub(super) fn farthest(lag: f32) -> usize {
+    (places(lag) as i32 + FIRST).max(-FIRST) as usize + 1
+}
+
 impl Profile {
     pub const EMPTY: Self = Self { values: [0.0; MOST], count: 0.0 };
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
+use crate::region::Region;
 use crate::row::bands::{Bands, Table};
 
 /// A peak of the response.
@@ -32,6 +33,8 @@ pub(crate) struct PeakFinder {
     count: usize,
     /// Squares of radius + 1 across the map.
     across: usize,
+    /// Where peaks may lie, if not anywhere.
+    pub region: Option<Region>,
     /// The largest value of each square above the threshold, else 0.
     squares: Vec<f32>,
     /// The squares that have one, not yet looked at.
@@ -40,7 +43,7 @@ pub(crate) struct PeakFinder {
     pub peaks: Vec<Peak>,
 }
 
-heap!(PeakFinder { squares, open, peaks });
+heap!(PeakFinder { region, squares, open, peaks });
 
 /// Rows of a band of squares.
 const PEAK_ROWS: usize = 32;
@@ -54,7 +57,11 @@ impl PeakFinder {
         let most = most(size, radius);
         let across = size.width.div_ceil(radius + 1);
         let (squares, open, peaks) = (vec![0.0; most], Vec::with_capacity(most), Vec::with_capacity(most));
-        Self { radius, threshold: threshold.max(0.0), count, across, squares, open, peaks }
+        Self { radius, threshold: threshold.max(0.0), count, across, region: None, squares, open, peaks }
+    }
+
+    pub fn radius(&self) -> usize {
+        self.radius
     }
 
     pub fn find(&mut self, bands: &Bands, map: &Plane) {
@@ -86,7 +93,7 @@ impl PeakFinder {
 
     /// Looks at the squares from the largest value on until there are enough peaks.
     fn take_strongest(&mut self, map: &Plane) {
-        let Self { radius, count, across, squares, open, peaks, .. } = self;
+        let Self { radius, count, across, region, squares, open, peaks, .. } = self;
         let (size, side) = (map.size(), *radius + 1);
         open.clear();
         open.extend(
@@ -108,6 +115,7 @@ impl PeakFinder {
                 let (top, left) = (square / *across * side, square % *across * side);
                 let columns = left..(left + side).min(size.width);
                 peak_of(map, top..(top + side).min(size.height), columns, *radius, value)
+                    .filter(|peak| region.as_ref().is_none_or(|region| region.at(peak.x, peak.y)))
             }));
             open = tail;
         }

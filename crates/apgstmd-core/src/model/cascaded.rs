@@ -12,6 +12,7 @@ use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::{Plane, Series};
 use crate::probe::Stage;
+use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::stage::emd::Emd;
 use crate::stage::estmd::Estmd;
@@ -102,6 +103,10 @@ impl Wiring for Cascaded {
             Stage::Ep => stack(self.rejection.kept(&self.emd.e)),
             _ => return None,
         })
+    }
+
+    fn look_in(&mut self, region: Option<&Region>) {
+        self.rejection.look_in(region);
     }
 
     fn reset(&mut self) {

@@ -12,6 +12,7 @@ use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::{Plane, Series};
 use crate::probe::Stage;
+use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
 use crate::stage::lamina::Lamina;
@@ -112,6 +113,11 @@ impl Wiring for Dstmd {
             Stage::Ep => stack(self.rejection.kept(&self.lobula.e)),
             _ => return None,
         })
+    }
+
+    fn look_in(&mut self, region: Option<&Region>) {
+        let asked = self.rejection.look_in(region);
+        self.lobula.look_in(asked.as_ref());
     }
 
     fn reset(&mut self) {

@@ -12,6 +12,7 @@ use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::{Plane, Series};
 use crate::probe::Stage;
+use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::stage::estmd::Estmd as SmallTarget;
 use crate::stage::lamina::Lamina;
@@ -94,6 +95,10 @@ impl Wiring for Estmd {
             Stage::Y => self.estmd.y.view3().to_owned(),
             _ => return None,
         })
+    }
+
+    fn look_in(&mut self, region: Option<&Region>) {
+        self.rejection.look_in(region);
     }
 
     fn reset(&mut self) {

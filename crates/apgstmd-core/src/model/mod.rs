@@ -15,6 +15,7 @@ use crate::memory::Heap;
 use crate::params::{Model, Params};
 use crate::plane::Plane;
 use crate::probe::Stage;
+use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
 use crate::stage::rejection::Responses;
@@ -42,6 +43,9 @@ pub(crate) trait Wiring: Heap + Remember + Send + Sync {
 
     /// A stage of the last frame, (maps, rows, columns), if the model has it. `bands` is one thread.
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>>;
+
+    /// Peaks elsewhere are none from now on.
+    fn look_in(&mut self, region: Option<&Region>);
 
     /// As before the first frame.
     fn reset(&mut self);

@@ -46,6 +46,11 @@ impl Rows<'_> {
         &mut self.data[y * self.stride..(y + 1) * self.stride]
     }
 
+    /// From a row on.
+    pub fn from(&mut self, row: usize) -> Rows<'_> {
+        Rows { data: &mut self.data[row * self.stride..], stride: self.stride }
+    }
+
     /// `columns` of a row.
     #[inline(always)]
     pub fn part(&mut self, y: usize, columns: Range<usize>) -> &mut [f32] {

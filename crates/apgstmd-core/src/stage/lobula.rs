@@ -20,6 +20,7 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{LobulaParams, Params, RejectionMode};
 use crate::plane::{Buffer, LANES, Plane, padded};
+use crate::region::Region;
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::mix::{correlate, inhibit_directions};
@@ -36,6 +37,8 @@ pub(crate) struct Lobula {
     pub e: [Plane; DIRECTIONS],
     /// max over directions of E.
     strongest: Plane,
+    /// Rows in which it is asked for, by strip; all of them if none.
+    asked: Option<Vec<Vec<Range<usize>>>>,
     /// Pixels inhibited in the last frame, times directions.
     inhibited: AtomicUsize,
 }
@@ -68,13 +71,14 @@ impl Lobula {
             stmd: Stmd::new(&params.lobula, threads),
             e: std::array::from_fn(|_| Plane::new(if whole { size } else { Size::new(0, 0) })),
             strongest: Plane::new(size),
+            asked: None,
             inhibited: AtomicUsize::new(0),
         }
     }
 
     pub fn process(&mut self, bands: &Bands, l: &Plane, medulla: Delayed<'_>) {
         let (size, stride) = (l.size(), l.stride());
-        let Self { stmd, e, strongest, inhibited } = self;
+        let Self { stmd, e, strongest, asked, inhibited } = self;
         *inhibited.get_mut() = 0;
         let inhibited = &*inhibited;
         let whole = e[0].size() == size;
@@ -83,14 +87,33 @@ impl Lobula {
         bands.over_long(size.height, ROLLING_ROWS, out, |range, (mut e, mut strongest)| {
             stmd.scratch.with(bands, |work| {
                 let mut computed = 0;
-                for left in (0..size.width).step_by(STRIP) {
+                for (strip, left) in (0..size.width).step_by(STRIP).enumerate() {
                     let columns = STRIP.min(size.width - left);
-                    computed += columns * stmd.inhibit(bands, l, medulla, (&range, left, columns), work);
-                    stmd.compare(bands, &work.s, range.len(), left..left + padded(columns), e.as_mut(), &mut strongest);
+                    let whole = [0..size.height];
+                    for run in asked.as_ref().map_or(&whole[..], |asked| &asked[strip]) {
+                        // Bands begin at even rows, too.
+                        let rows = run.start.max(range.start)..run.end.min(range.end);
+                        if rows.is_empty() {
+                            continue;
+                        }
+                        computed += columns * stmd.inhibit(bands, l, medulla, (&rows, left, columns), work);
+                        let first = rows.start - range.start;
+                        let mut e = e.as_mut().map(|e| e.each_mut().map(|e| e.from(first)));
+                        let (columns, strongest) = (left..left + padded(columns), &mut strongest.from(first));
+                        stmd.compare(bands, &work.s, rows.len(), columns, e.as_mut(), strongest);
+                    }
                 }
                 inhibited.fetch_add(computed, Ordering::Relaxed);
             });
         });
+    }
+
+    /// E is asked for there only, from now on, and is zero elsewhere.
+    pub fn look_in(&mut self, region: Option<&Region>) {
+        self.reset();
+        let (size, gap) = (self.strongest.size(), 2 * self.stmd.lateral.radius());
+        let strips = || (0..size.width).step_by(STRIP).map(|left| left..(left + STRIP).min(size.width));
+        self.asked = region.map(|region| strips().map(|columns| region.runs(columns, gap)).collect());
     }
 
     /// The last frame's responses, of which parts may be asked for.

@@ -9,6 +9,7 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::{BackgroundMotion, Params, RejectionMode};
 use crate::plane::Plane;
+use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::stage::background::{Background, Finding};
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
@@ -143,6 +144,13 @@ impl<const N: usize> Rejection<N> {
     /// After `look` found a cut before `frame`: this is the first frame from now on.
     pub fn begin_at(&mut self, frame: usize) {
         self.background.begin_at(frame);
+    }
+
+    /// Peaks elsewhere are none from now on. Where E must be known for that, all the picture if none.
+    pub fn look_in(&mut self, region: Option<&Region>) -> Option<Region> {
+        self.finder.region = region.cloned();
+        // A peak is told by all that is near it.
+        region.map(|region| region.dilated(self.finder.radius() + 1))
     }
 
     /// Follows the background, which needs nothing but P: call it between `look` and `process`.
