@@ -62,6 +62,9 @@ class Bank:
     def state(self) -> dict[str, Any]:
         """`format`, `version`, `of`, `height`, `width`, `parameters`, and `arrays` by name."""
 
+    def look_in(self, mask: NDArray[np.bool_] | None) -> None:
+        """Where targets are looked for, (H, W). ValueError: another size, or nothing is true."""
+
     def restore(self, given: dict[str, Any]) -> None:
         """Takes up what `state` gave. ValueError: of another version, kind, size or parameters. TypeError: no such dict."""
 
@@ -112,6 +115,9 @@ class Detector:
 
     def state(self) -> dict[str, Any]:
         """`format`, `version`, `of`, `height`, `width`, `parameters`, and `arrays` by name."""
+
+    def look_in(self, mask: NDArray[np.bool_] | None) -> None:
+        """Where targets are looked for, (H, W). ValueError: another size, or nothing is true."""
 
     def restore(self, given: dict[str, Any]) -> None:
         """Takes up what `state` gave. ValueError: of another version, kind, size or parameters. TypeError: no such dict."""

@@ -63,6 +63,7 @@ class Bank(Stream):
         **parameters: Unpack[Parameters],
     ) -> None:
         self._shape = check_size(size)
+        self._region = None
         for single, instead in (("speed", "speeds"), ("localise", "a Detector")):
             if single in parameters:
                 raise TypeError(f"there is no parameter {single!r}: did you mean {instead!r}?")

@@ -73,6 +73,7 @@ class Detector(Stream):
         **parameters: Unpack[Parameters],
     ) -> None:
         self._shape = check_size(size)
+        self._region = None
         text = resolve(
             model, preset, speed, rejection, localise, threshold, params, dict(parameters), ("threads", "bit_depth")
         )

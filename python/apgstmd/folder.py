@@ -17,6 +17,7 @@ from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
 from .results import RunDetections, Tracks
 from .scene import Scene
+from .stream import Rectangle
 
 _OPTIONS = (
     *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
@@ -63,6 +64,8 @@ def run(
     localise: Localise | None = None,
     threshold: float | None = None,
     params: ParamFile | None = None,
+    roi: Rectangle | Sequence[Rectangle] = (),
+    mask: str | os.PathLike[str] | None = None,
     start: int | str | None = None,
     stop: int | str | None = None,
     step: int | str | None = None,
@@ -101,6 +104,8 @@ def run(
     false_alarms : list so many a frame, 0.001 to 10: the least score is set by the clip itself, as it passes; "off" lists all
         that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
     model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
+    roi : (x, y, width, height) in px, or several: targets are looked for there only; mask : a picture of the size of the frames,
+        and only where it is not black. What is far outside is not computed.
     start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
     fps : frames a second of pictures, or in place of the wrong rate of a video.
     live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
@@ -139,6 +144,7 @@ def run(
         "speeds": ",".join(map(repr, map(float, speeds))) or None,
         "sizes": ",".join(map(repr, map(float, sizes))) or None,
         "contrast": contrast,
+        "mask": None if mask is None else os.fspath(mask),
         "false-alarms": false_alarms,
         "start": _place("start", start, 0),
         "stop": _place("stop", stop, 0),
@@ -177,6 +183,7 @@ def run(
         results = Path(scratch, "out") if out is None else Path(out)
         options["out"] = str(results)
         given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+        given += _rois(roi)
         _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", str(path)])
         summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
         detections = _read_table(Path(results, "detections.csv"))
@@ -236,6 +243,13 @@ def tune(
             Path(path).write_text(input.toml, encoding="utf-8")
         _core.run(["apgstmd", "tune", *given, "--quiet", *(["--force"] if force else []), "--", path])
     return Path(out).read_text(encoding="utf-8")
+
+
+def _rois(roi: Rectangle | Sequence[Rectangle]) -> list[str]:
+    rectangles = np.atleast_2d(np.asarray(roi, np.int64)) if len(roi) else np.zeros((0, 4), np.int64)
+    if rectangles.ndim != 2 or rectangles.shape[1] != 4:
+        raise TypeError(f"roi must be (x, y, width, height) in px, or several of them, not {roi!r}")
+    return [f"--roi={width}x{height}+{x}+{y}" for x, y, width, height in rectangles]
 
 
 def _place(name: str, place: int | str | None, least: int) -> int | str | None:

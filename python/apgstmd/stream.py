@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import operator
 import tomllib
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _core
+
+Rectangle = tuple[int, int, int, int]
+Region = Rectangle | Sequence[Rectangle] | NDArray[Any]
 
 
 class Stream:
     """The state of one stream of frames of one size."""
 
-    __slots__ = ("_core", "_shape", "__weakref__")
+    __slots__ = ("_core", "_region", "_shape", "__weakref__")
 
     _core: _core.Detector | _core.Bank
+    _region: NDArray[np.bool_] | None
     _shape: tuple[int, int]
 
     def state_dict(self) -> dict[str, Any]:
@@ -43,12 +51,33 @@ class Stream:
         """
         self._core.restore(state)
 
+    def look_in(self, region: Region | None) -> None:
+        """Looks for targets in a region only, from the next frame on; None: again everywhere.
+
+        region : (x, y, width, height) in px, first column and row and how many, several of them, or a mask (H, W) that is not 0
+            inside. Rectangles may reach beyond the picture.
+
+        Nothing is reported outside, and what is far outside is not computed; the camera's motion is found from all of the picture.
+        Raises ValueError for a mask of another size, a rectangle beside the picture, and where nothing is inside; TypeError for what is
+        neither. A copy looks in the same region; a state knows of none.
+
+        >>> import apgstmd
+        >>> detector = apgstmd.Detector((480, 640), speed=2.0)
+        >>> detector.look_in((0, 0, 640, 200))  # the upper 200 rows
+        >>> detector.look_in([(0, 0, 640, 200), (300, 200, 40, 100)])
+        >>> detector.look_in(None)
+        """
+        mask = None if region is None else _mask(region, self._shape)
+        self._core.look_in(mask)
+        self._region = mask
+
     def _arguments(self) -> tuple[Any, ...]:
         """What its core is made from, besides the size."""
         raise NotImplementedError
 
     def __reduce__(self) -> Any:
-        return _made, (type(self), self._shape, type(self._core), self._arguments()), self.state_dict()
+        made = (type(self), self._shape, type(self._core), self._arguments(), self._region)
+        return _made, made, self.state_dict()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.load_state_dict(state)
@@ -87,12 +116,40 @@ class Stream:
         return self._core.frames()
 
 
-def _made(kind: type[Stream], shape: tuple[int, int], core: Any, arguments: tuple[Any, ...]) -> Stream:
+def _made(
+    kind: type[Stream],
+    shape: tuple[int, int],
+    core: Any,
+    arguments: tuple[Any, ...],
+    region: NDArray[np.bool_] | None,
+) -> Stream:
     """One that was pickled or is copied, before its state comes."""
     stream = kind.__new__(kind)
     stream._shape = shape
     stream._core = core(*shape, *arguments)
+    stream.look_in(region)
     return stream
+
+
+def _mask(region: Region, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Rectangles as a mask, a mask as it is."""
+    given = np.asarray(region)
+    if given.ndim == 2 and given.shape[1] != 4 or isinstance(region, np.ndarray) and given.shape == shape:
+        if given.dtype.kind not in "bui":
+            raise TypeError(f"a mask must be of bool or whole numbers, not {given.dtype}")
+        return np.ascontiguousarray(given != 0)
+    if given.dtype.kind not in "ui" or given.ndim not in (1, 2) or given.shape[-1] != 4:
+        raise TypeError("a region is (x, y, width, height) in whole px, several of them, or a mask (height, width)")
+    mask = np.zeros(shape, np.bool_)
+    for x, y, width, height in np.atleast_2d(given):
+        inside = mask[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)]
+        if inside.size == 0:
+            raise ValueError(
+                f"the rectangle (x={x}, y={y}, width={width}, height={height}) has nothing of the picture, "
+                f"{shape[0]} x {shape[1]} (height x width)"
+            )
+        inside[:] = True
+    return mask
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:

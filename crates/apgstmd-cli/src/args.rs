@@ -12,7 +12,7 @@ use apgstmd_core::{FalseAlarms, SimdLevel};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use bench::BenchArgs;
-pub use run::{BankArgs, FrameArgs, RunArgs};
+pub use run::{BankArgs, FrameArgs, RegionArgs, Roi, RunArgs};
 pub use tune::TuneArgs;
 
 /// Finds tiny, low-contrast moving targets in video: the apg-STMD model of the insect visual system.

@@ -3,6 +3,7 @@
 mod checkpoints;
 mod dump;
 mod pictures;
+mod region;
 mod tracks;
 
 use std::collections::HashSet;
@@ -15,6 +16,7 @@ use apgstmd_core::{BankParams, MOST_THREADS, Machine, Model, ParamError, Params,
 pub(crate) use self::dump::parse_range;
 pub use self::dump::{DumpSettings, FrameList};
 pub use self::pictures::PictureSettings;
+pub use self::region::LookIn;
 pub use self::tracks::TrackSettings;
 use crate::Outcome;
 use crate::args::{
@@ -54,6 +56,8 @@ pub struct RunSettings {
     pub speed: Option<f64>,
     /// Threads and instruction set of the model.
     pub machine: Machine,
+    /// Where targets are looked for, if not everywhere.
+    pub look_in: Option<LookIn>,
     /// What to do about a bad picture.
     pub on_error: OnError,
     /// Where results go.
@@ -158,6 +162,7 @@ impl RunSettings {
                 _ => None,
             },
             machine: Machine { threads, simd: args.simd, ..Machine::default() },
+            look_in: LookIn::resolve(&args.region)?,
             on_error: args.frames.on_error,
             destination,
             formats,

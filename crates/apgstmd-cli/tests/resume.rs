@@ -29,7 +29,7 @@ fn scene(frames: usize) -> (TempDir, PathBuf) {
     (folder, file)
 }
 
-const TABLES: [&str; 4] = ["detections.csv", "detections.jsonl", "tracks.csv", "tracks.mot"];
+const TABLES: [&str; 5] = ["detections.csv", "detections.jsonl", "tracks.csv", "tracks.mot", "camera.csv"];
 
 /// Every table, as far as it is there.
 fn tables(out: &Path) -> BTreeMap<&'static str, Vec<u8>> {

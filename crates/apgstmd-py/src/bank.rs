@@ -3,8 +3,8 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{BankParams, Detection, Machine, Params, Response, Size};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use apgstmd_core::{BankParams, Detection, Machine, Params, Region, Response, Size};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -99,6 +99,11 @@ impl Bank {
     fn restore(&self, py: Python<'_>, given: &Bound<'_, PyDict>) -> PyResult<()> {
         let given = state::from_dict(given)?;
         Ok(self.run(py, |bank| bank.restore(&given))?.map_err(Error::from)?)
+    }
+
+    fn look_in(&self, py: Python<'_>, mask: Option<PyReadonlyArray2<'_, bool>>) -> PyResult<()> {
+        let region = mask.map(|mask| Region::from_mask(mask.as_array())).transpose().map_err(Error::from)?;
+        Ok(self.run(py, |bank| bank.look_in(region.as_ref()))?.map_err(Error::from)?)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {

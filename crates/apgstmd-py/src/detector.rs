@@ -3,9 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{Detection, EgoMotion, Model, Params, Response, Size, Stage};
+use apgstmd_core::{Detection, EgoMotion, Model, Params, Region, Response, Size, Stage};
 use ndarray::Axis;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -107,6 +107,11 @@ impl Detector {
     fn restore(&self, py: Python<'_>, given: &Bound<'_, PyDict>) -> PyResult<()> {
         let given = state::from_dict(given)?;
         Ok(self.run(py, |detector| detector.restore(&given))?.map_err(Error::from)?)
+    }
+
+    fn look_in(&self, py: Python<'_>, mask: Option<PyReadonlyArray2<'_, bool>>) -> PyResult<()> {
+        let region = mask.map(|mask| Region::from_mask(mask.as_array())).transpose().map_err(Error::from)?;
+        Ok(self.run(py, |detector| detector.look_in(region.as_ref()))?.map_err(Error::from)?)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! The one place where the core's errors become Python exceptions.
 
 use apgstmd_cli::failure::Failure;
-use apgstmd_core::{FrameError, MissingStage, ParamError, StateError, UnknownModel, UnknownStage};
+use apgstmd_core::{FrameError, MissingStage, ParamError, RegionError, StateError, UnknownModel, UnknownStage};
 use pyo3::PyErr;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 
@@ -35,6 +35,12 @@ impl From<Failure> for Error {
 
 impl From<FrameError> for Error {
     fn from(error: FrameError) -> Self {
+        Self::Value(error.to_string())
+    }
+}
+
+impl From<RegionError> for Error {
+    fn from(error: RegionError) -> Self {
         Self::Value(error.to_string())
     }
 }

@@ -1,8 +1,9 @@
 //! Flags of `apgstmd run`, and the groups of them that other commands have too.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use apgstmd_core::SimdLevel;
+use apgstmd_core::{Rectangle, SimdLevel};
 use clap::Args;
 
 use super::{FalseAlarmsArg, Format, ModelArgs, OnError, Switch};
@@ -18,6 +19,7 @@ Examples:
   apgstmd run rtsp://cam/1 --out - --format jsonl  a camera: always the newest frame, rows as they are found
   ffmpeg -i X -f yuv4mpegpipe -strict -1 - | apgstmd run - --out found
   apgstmd run frames/ --mot tracks.txt --coco tracks.json --box-size 8
+  apgstmd run sky.mp4 --roi 1920x600+0+0           the upper 600 rows; --mask sky.png for any shape
   apgstmd run scene.toml --speed 0.25              a made-up scene, without pictures on disk
   apgstmd run long.mp4 --out found --checkpoint 1000 --resume   again and again, until it is through
   apgstmd run frames/ --dump E,Q --dump-frames 60,120..130 --out inside
@@ -73,6 +75,39 @@ pub struct FrameArgs {
     pub on_error: OnError,
 }
 
+/// A rectangle as `--roi` has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Roi(pub Rectangle);
+
+impl FromStr for Roi {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected WxH+X+Y, as in 640x200+0+40: columns, rows, first column, first row".to_owned();
+        let numbers: Result<Vec<usize>, _> = text.split(['x', '+']).map(str::parse).collect();
+        let marks: String = text.chars().filter(|c| !c.is_ascii_digit()).collect();
+        match (numbers.as_deref(), &*marks) {
+            (Ok(&[width, height, x, y]), "x++") if width > 0 && height > 0 => {
+                Ok(Self(Rectangle { x, y, width, height }))
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// Where targets are looked for.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Region")]
+pub struct RegionArgs {
+    /// Look for targets in this rectangle only, columns x rows from column X, row Y on; several times for any of several.
+    /// What is far outside is not computed
+    #[arg(long, value_name = "WxH+X+Y")]
+    pub roi: Vec<Roi>,
+    /// Look for targets only where this picture, of the size of the frames, is not black
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+}
+
 /// Flags of `apgstmd run`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -92,6 +127,9 @@ pub struct RunArgs {
     /// `apgstmd tune` sets it by a clip without targets instead [default: 2 of a bank, off of a single detector]
     #[arg(long, value_name = "RATE|off", allow_negative_numbers = true, help_heading = "Threshold")]
     pub false_alarms: Option<FalseAlarmsArg>,
+
+    #[command(flatten)]
+    pub region: RegionArgs,
 
     #[command(flatten)]
     pub frames: FrameArgs,

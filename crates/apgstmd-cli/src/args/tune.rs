@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{BankArgs, FrameArgs, ModelArgs, RunArgs};
+use super::{BankArgs, FrameArgs, ModelArgs, RegionArgs, RunArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,6 +37,9 @@ pub struct TuneArgs {
     pub bank: BankArgs,
 
     #[command(flatten)]
+    pub region: RegionArgs,
+
+    #[command(flatten)]
     pub frames: FrameArgs,
 
     /// Threads that compute [default: one per core]
@@ -54,6 +57,7 @@ impl TuneArgs {
             input: self.input.clone(),
             model: self.model.clone(),
             bank: self.bank.clone(),
+            region: self.region.clone(),
             frames: self.frames.clone(),
             threads: self.threads,
             quiet: self.quiet,

@@ -15,11 +15,12 @@ use crate::footage::Warning;
 use crate::interrupt;
 use crate::settings::{Destination, PictureSettings, RunSettings, TrackSettings, readers, seconds_between};
 use crate::sink::Sink;
+use crate::sink::camera::CameraCsv;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
 use crate::sink::report::{Gather, Gathered};
 use crate::sink::results::{self, Results};
-use crate::sink::run_json::{BankRecord, Input, RunRecord, SCHEMA_VERSION};
+use crate::sink::run_json::{BankRecord, Input, RegionRecord, RunRecord, SCHEMA_VERSION};
 use crate::sink::table::{Csv, JsonLines, Target};
 use crate::sink::tracks::{Coco, Mot, TracksCsv};
 use crate::sink::video::{Codec, Video, VideoOptions};
@@ -58,6 +59,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         bank: settings.bank.as_ref(),
         false_alarms: settings.false_alarms,
         machine: settings.machine.clone(),
+        look_in: settings.look_in.as_ref(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
         tracks: settings.tracks.any() || settings.pictures.any(),
@@ -142,6 +144,7 @@ fn is_through(settings: &RunSettings, folder: &Path) -> Outcome<bool> {
 struct Lengths {
     tables: Vec<u64>,
     tracks: Option<u64>,
+    camera: u64,
     mot: Option<u64>,
 }
 
@@ -152,6 +155,7 @@ fn lengths(settings: &RunSettings, from: &Checkpoint) -> Outcome<Lengths> {
     Ok(Lengths {
         tables: tables.collect::<Outcome<_>>()?,
         tracks: of(&settings.tracks.csv)?,
+        camera: from.length(&folder.join(results::CAMERA))?,
         mot: of(&settings.tracks.mot)?,
     })
 }
@@ -192,6 +196,10 @@ fn open_sinks<'a>(
     if let Some(path) = csv {
         let length = lengths.as_ref().and_then(|lengths| lengths.tracks);
         sinks.push(Box::new(length.map_or_else(|| TracksCsv::new(path), |length| TracksCsv::resume(path, length))?));
+    }
+    if let Destination::Folder(folder) = &settings.destination {
+        let length = lengths.as_ref().map(|lengths| lengths.camera);
+        sinks.push(Box::new(CameraCsv::new(&folder.join(results::CAMERA), length)?));
     }
     if let Some(path) = mot {
         let length = lengths.as_ref().and_then(|lengths| lengths.mot);
@@ -247,6 +255,7 @@ fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], f
         seconds: report.wall.as_secs_f64(),
         speed: settings.speed,
         threshold: report.threshold,
+        region: settings.look_in.as_ref().zip(report.size).and_then(|(look_in, size)| RegionRecord::of(look_in, size)),
         bank: settings.bank.as_ref().map(BankRecord::of),
         params: &settings.params,
         evaluation: None,
@@ -419,6 +428,7 @@ fn written(settings: &RunSettings) -> Vec<PathBuf> {
             paths.push(folder.join(file_of(*format)));
         }
         paths.extend(settings.tracks.csv.clone());
+        paths.push(folder.join(results::CAMERA));
         paths.push(folder.join(results::RUN));
         if settings.overlay {
             paths.push(folder.join(results::STRIP));

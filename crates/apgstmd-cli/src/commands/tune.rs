@@ -57,6 +57,7 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
         bank: settings.bank.as_ref(),
         false_alarms: None,
         machine: settings.machine.clone(),
+        look_in: settings.look_in.as_ref(),
         on_error: settings.on_error,
         dump: None,
         response: false,

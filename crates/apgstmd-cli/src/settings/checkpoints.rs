@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use super::{Destination, RunSettings};
+use super::{Destination, LookIn, RunSettings};
 use crate::Outcome;
 use crate::args::RunArgs;
 use crate::failure::Failure;
@@ -57,6 +57,7 @@ impl RunSettings {
         say("--step", &self.span.step);
         say("--fps, --raw, --bit-depth, --live", &self.source.flags());
         say("--on-error", &self.on_error);
+        say("--roi, --mask", &self.look_in.as_ref().map(LookIn::described));
         say("--false-alarms", &self.false_alarms);
         say("--format", &self.formats);
         say(

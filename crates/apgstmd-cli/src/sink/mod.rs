@@ -1,6 +1,7 @@
 //! Where results go: each sink sees every processed frame once, in order.
 
 mod beside;
+pub mod camera;
 pub mod dump;
 pub mod overlay;
 mod png;

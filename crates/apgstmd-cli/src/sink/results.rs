@@ -16,6 +16,8 @@ pub const JSONL: &str = "detections.jsonl";
 pub const TRACKS: &str = "tracks.csv";
 /// Tables and summary.
 pub const RUN: &str = "run.json";
+/// How the camera moved.
+pub const CAMERA: &str = "camera.csv";
 /// What a run can be resumed from.
 pub const CHECKPOINT: &str = "checkpoint.safetensors";
 /// Contact strip.
@@ -26,7 +28,7 @@ pub const SUMMARY: &str = "summary.txt";
 pub const OVERLAY: &str = "overlay";
 
 /// All that stand in the folder itself.
-pub const SINGLE_FILES: [&str; 7] = [CSV, JSONL, TRACKS, RUN, CHECKPOINT, STRIP, SUMMARY];
+pub const SINGLE_FILES: [&str; 8] = [CSV, JSONL, TRACKS, CAMERA, RUN, CHECKPOINT, STRIP, SUMMARY];
 
 /// Folders that results go to.
 #[derive(Clone, Debug)]

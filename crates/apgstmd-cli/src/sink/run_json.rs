@@ -5,13 +5,14 @@ use std::fs;
 use std::path::Path;
 
 use apgstmd_core::stimulus::Scene;
-use apgstmd_core::{BankParams, EgoMotion, Params, Size};
+use apgstmd_core::{BankParams, EgoMotion, Params, Rectangle, Size};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
 use crate::Outcome;
 use crate::failure::Failure;
 use crate::footage::Warning;
+use crate::settings::LookIn;
 use crate::sink::Seen;
 
 /// Raised when a field changes its meaning or goes away.
@@ -70,6 +71,9 @@ pub struct RunRecord<'a> {
     /// Scores asked of detections by the end of the run, where the clip itself set them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<Threshold>,
+    /// Where targets were looked for, if not everywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<RegionRecord>,
     /// The bank, where it was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bank: Option<BankRecord>,
@@ -91,6 +95,29 @@ pub struct Threshold {
     pub least_score: f32,
     /// Least score of a detection that begins a track; null where the parameters say so, or there are no tracks.
     pub birth_score: Option<f32>,
+}
+
+/// Where targets were looked for.
+#[derive(Debug, Serialize)]
+pub struct RegionRecord {
+    /// Rectangles, as `--roi` has them.
+    pub roi: Vec<String>,
+    /// File of the mask.
+    pub mask: Option<String>,
+    /// Share of the picture that is inside.
+    pub share: f64,
+}
+
+impl RegionRecord {
+    /// In frames of `size`.
+    pub fn of(look_in: &LookIn, size: Size) -> Option<Self> {
+        let roi = |Rectangle { x, y, width, height }: &Rectangle| format!("{width}x{height}+{x}+{y}");
+        Some(Self {
+            roi: look_in.rectangles.iter().map(roi).collect(),
+            mask: look_in.mask.as_ref().map(|(path, _)| path.display().to_string()),
+            share: look_in.region(size).ok()?.area() as f64 / size.area() as f64,
+        })
+    }
 }
 
 /// Detectors of several speeds and sizes.

@@ -24,23 +24,23 @@ use crate::failure::Failure;
 pub const COLUMNS: &str = "frame,time_s,track,x,y,vx,vy,score,state,age";
 
 /// A text that grows by whole rows.
-struct Rows {
-    path: PathBuf,
+pub(super) struct Rows {
+    pub path: PathBuf,
     file: File,
-    text: String,
+    pub text: String,
 }
 
 impl Rows {
-    fn new(path: &Path) -> Outcome<Self> {
+    pub fn new(path: &Path) -> Outcome<Self> {
         let file = File::create(path).map_err(|error| Failure::write(path, error))?;
         Ok(Self { path: path.to_owned(), file, text: String::new() })
     }
 
-    fn resume(path: &Path, length: u64) -> Outcome<Self> {
+    pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
         Ok(Self { path: path.to_owned(), file: cut_back(path, length)?, text: String::new() })
     }
 
-    fn flush(&mut self) -> Outcome {
+    pub fn flush(&mut self) -> Outcome {
         if !self.text.is_empty() {
             self.file.write_all(self.text.as_bytes()).map_err(|error| Failure::write(&self.path, error))?;
             self.text.clear();

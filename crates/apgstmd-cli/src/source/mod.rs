@@ -22,6 +22,11 @@ use apgstmd_core::{Frame, Size};
 use ndarray::Array3;
 use serde::{Deserialize, Serialize};
 
+/// Reads a picture file; the error says why it cannot be used.
+pub(crate) fn read_picture(path: &std::path::Path) -> Result<Picture, String> {
+    decode::read(path, None)
+}
+
 pub use files::PictureFiles;
 pub use input::{Input, InputFlags};
 pub use listing::Listing;

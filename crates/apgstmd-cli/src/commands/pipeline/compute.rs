@@ -314,7 +314,10 @@ impl<'a> Compute<'a> {
     }
 
     fn make(&self, picture: &Picture, origin: &str) -> Outcome<Model> {
-        let detector = new_detector(picture, origin, self.options)?;
+        let mut detector = new_detector(picture, origin, self.options)?;
+        if let Some(look_in) = self.options.look_in {
+            detector.look_in(&look_in.region(picture.size())?).map_err(Failure::usage)?;
+        }
         // A response holds two maps.
         let bytes = picture.bytes() + 2 * size_of::<f32>() * picture.size().area();
         // Only the last frame of a block can be looked into, and live nothing may wait for others.

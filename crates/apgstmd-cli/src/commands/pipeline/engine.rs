@@ -1,8 +1,8 @@
 //! What computes: one detector, or a bank of them.
 
 use apgstmd_core::{
-    Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Response, Size, State,
-    StateError, Timing,
+    Bank, BankParams, Detector, Frame, FrameError, Machine, ParamError, Params, Probe, Region, RegionError, Response,
+    Size, State, StateError, Timing,
 };
 
 use super::Options;
@@ -45,6 +45,13 @@ impl Engine {
         match self {
             Self::Detector(detector) => detector.frames(),
             Self::Bank(bank) => bank.frames(),
+        }
+    }
+
+    pub fn look_in(&mut self, region: &Region) -> Result<(), RegionError> {
+        match self {
+            Self::Detector(detector) => detector.look_in(Some(region)),
+            Self::Bank(bank) => bank.look_in(Some(region)),
         }
     }
 

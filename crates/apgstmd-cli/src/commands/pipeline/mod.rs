@@ -29,7 +29,7 @@ use crate::Outcome;
 use crate::args::OnError;
 use crate::failure::{Failure, reason};
 use crate::footage::{Footage, Tuned, Warning};
-use crate::settings::DumpSettings;
+use crate::settings::{DumpSettings, LookIn};
 use crate::sink::Sink;
 use crate::sink::run_json::{Background, Busy, Found, Live, Skipped, Spread, Threshold, Timing};
 use crate::source::{FrameSource, Span};
@@ -45,6 +45,8 @@ pub(super) struct Options<'a> {
     /// False alarms a frame that are listed, by the clip itself; without it, all that the model finds.
     pub false_alarms: Option<f64>,
     pub machine: Machine,
+    /// Where targets are looked for, if not everywhere.
+    pub look_in: Option<&'a LookIn>,
     pub on_error: OnError,
     /// Inner maps that the sinks will write.
     pub dump: Option<&'a DumpSettings>,
@@ -374,6 +376,7 @@ mod tests {
             bank: None,
             false_alarms: None,
             machine: Machine::with_threads(1),
+            look_in: None,
             on_error: OnError::Stop,
             dump: None,
             tracks: false,
@@ -411,6 +414,7 @@ mod tests {
             bank: None,
             false_alarms: None,
             machine: Machine::with_threads(1),
+            look_in: None,
             on_error: OnError::Stop,
             dump: None,
             tracks: false,
