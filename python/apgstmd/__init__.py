@@ -36,10 +36,12 @@ from .results import (
     Output,
     RunDetection,
     RunDetections,
+    RunFrame,
     TrackPoint,
     Tracks,
 )
 from .scene import Scene, Truth, TruthRow, synth
+from .settings import Params
 
 if _TYPE_CHECKING:
     from . import plot, rerun
@@ -61,10 +63,12 @@ __all__ = [
     "OperatingPoint",
     "Output",
     "Parameter",
+    "Params",
     "Reproduction",
     "Run",
     "RunDetection",
     "RunDetections",
+    "RunFrame",
     "Scene",
     "TrackEvaluation",
     "TrackPoint",

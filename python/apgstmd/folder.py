@@ -1,4 +1,4 @@
-"""Whole folders, videos and streams: the command line's `run`, in this process."""
+"""Whole folders, videos, streams and arrays: the command line's `run`, in this process."""
 
 from __future__ import annotations
 
@@ -6,20 +6,23 @@ import csv
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, Unpack, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import RunDetections, Tracks
+from .results import EgoMotion, RunDetections, RunFrame, Tracks
+from .run_options import RunOptions
 from .scene import Scene
+from .sources import Frames, Grey, arrays
 
 _OPTIONS = (
-    *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("out", "stream", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
     *("speeds", "sizes", "contrast", "false_alarms"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
     *("video", "video_response", "report"),
@@ -48,9 +51,18 @@ class Run:
         return f"Run({self.frames} frames, {len(self.detections)} detections, {linked}{where})"
 
 
+@overload
 def run(
-    input: str | os.PathLike[str] | Scene,
+    input: str | os.PathLike[str] | Scene | Frames, *, stream: Literal[False] = False, **options: Unpack[RunOptions]
+) -> Run: ...
+@overload
+def run(
+    input: str | os.PathLike[str] | Scene | Frames, *, stream: Literal[True], **options: Unpack[RunOptions]
+) -> Generator[RunFrame, None, None]: ...
+def run(
+    input: str | os.PathLike[str] | Scene | Frames,
     *,
+    stream: bool = False,
     out: str | os.PathLike[str] | None = None,
     model: Model | None = None,
     preset: Preset | None = None,
@@ -68,6 +80,7 @@ def run(
     step: int | str | None = None,
     fps: float | None = None,
     live: bool | None = None,
+    grey: Grey | None = None,
     bit_depth: int | None = None,
     on_error: Literal["stop", "skip"] = "stop",
     threads: int | None = None,
@@ -86,14 +99,18 @@ def run(
     report: str | os.PathLike[str] | None = None,
     progress: bool = False,
     **parameters: Unpack[Parameters],
-) -> Run:
-    """Detects targets in pictures, a video, a camera, a stream or a scene, as `apgstmd run` does.
+) -> Run | Generator[RunFrame, None, None]:
+    """Detects targets in pictures, a video, a camera, a stream, a scene or arrays, as `apgstmd run` does.
 
     Parameters
     ----------
     input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; a video
         file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
-        "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
+        "scene.toml" or as `apgstmd.synth` returns it, drawn on the way. Or frames as `Detector.process` takes them: an array
+        (frames, rows, columns), any iterable of arrays (rows, columns), what `av.open` of PyAV returns, or a
+        `cv2.VideoCapture`. They are fetched in the calling thread and copied, so that an iterator may use its array again.
+    stream : give what each frame shows as soon as it is known, a generator of `RunFrame`, instead of everything at the end;
+        `close()`, or leaving it alone, ends the run. Without `out` nothing is kept, however long it goes on.
     out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
     speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
     speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
@@ -102,9 +119,11 @@ def run(
         that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
     model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
     start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
-    fps : frames a second of pictures, or in place of the wrong rate of a video.
+    fps : frames a second of pictures and arrays, or in place of the wrong rate of a video. PyAV and OpenCV tell times.
+    grey : "rgb" or "bgr": frames in colour, with channels in this order (OpenCV's is "bgr"), become
+        0.299 R + 0.587 G + 0.114 B. Without it arrays in colour are refused. Files and videos by path need it not.
     live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
-    bit_depth : significant bits of 16-bit samples, 9 to 16.
+    bit_depth : significant bits of 16-bit samples, 9 to 16, of arrays 1 to 16.
     on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
     threads : 1 to 256, all cores by default. The numbers do not depend on it.
     force : replace results that `out` already holds.
@@ -121,20 +140,34 @@ def run(
     progress : show a progress bar on a terminal and a summary.
 
     Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
-    cannot be read and folders that cannot be written. Ctrl-C ends it after the frame in work: the files in `out` are
-    complete up to there.
+    cannot be read or used and folders that cannot be written, and what an iterable raises. Ctrl-C ends it after the frame in
+    work. The files in `out` are complete up to there each time.
 
         found = apgstmd.run("frames/")
         found.detections[found.detections.frame == 100].x
+
+    >>> import apgstmd
+    >>> frames = list(apgstmd.synth("demo"))[:40]
+    >>> apgstmd.run(frames, speed=1.0, fps=100).frames
+    40
+    >>> for seen in apgstmd.run(iter(frames), speed=1.0, stream=True):
+    ...     if len(seen.detections):
+    ...         break
+    >>> seen.frame < 40
+    True
     """
     told = speed if not isinstance(speed, str) else None
     text = resolve(model, preset, told, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
-    path = None if isinstance(input, Scene) else os.fspath(input)
+    given = None if isinstance(input, (str, os.PathLike, Scene)) else arrays(input, grey)
+    path = os.fspath(input) if isinstance(input, (str, os.PathLike)) else None
+    if grey is not None and given is None:
+        raise ValueError("grey is for arrays: pictures and videos by path say themselves what their colours are")
     elsewhere = path is not None and ("://" in path or path == "-" or any(mark in path for mark in "*?[%{"))
     if path is not None and not elsewhere and not os.path.exists(path):
         raise FileNotFoundError(f"there is no file or folder {path!r}")
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
+    bits = whole("bit_depth", bit_depth, 1, 16)
     options: dict[str, object] = {
         "speeds": ",".join(map(repr, map(float, speeds))) or None,
         "sizes": ",".join(map(repr, map(float, sizes))) or None,
@@ -145,7 +178,8 @@ def run(
         "step": _place("step", step, 1),
         "fps": fps,
         "live": None if live is None else "yes" if live else "no",
-        "bit-depth": whole("bit_depth", bit_depth, 1, 16),
+        # Of arrays the binding knows what fewer bits mean.
+        "bit-depth": None if given is not None and bits is not None and bits < 9 else bits,
         "on-error": on_error,
         "threads": whole("threads", threads, 1, 256),
         "format": ",".join(dict.fromkeys(("csv", *formats))),
@@ -161,27 +195,81 @@ def run(
     switches = {"force": force, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
     switches["video-response"] = video_response
     flags = [name for name, wanted in switches.items() if wanted]
-    with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
+
+    def command(scratch: Path) -> list[str]:
+        source = "the frames given" if path is None else path
         if isinstance(input, Scene):
-            path = str(Path(scratch, "scene.toml"))
-            Path(path).write_text(input.toml, encoding="utf-8")
+            source = str(scratch / "scene.toml")
+            Path(source).write_text(input.toml, encoding="utf-8")
         if parameters or not (params is None or isinstance(params, os.PathLike)):
             # The command line has no flag for each parameter, but it takes a file with all of them.
-            file = Path(scratch, "params.toml")
+            file = scratch / "params.toml"
             file.write_text(text, encoding="utf-8")
-            options |= {"params": str(file), "speed": speed if told is None else None}
+            said: dict[str, object] = {"params": str(file), "speed": speed if told is None else None}
         else:
             # Said as on the command line, so that run.json tells what was asked for.
-            options |= {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
-            options |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
-        results = Path(scratch, "out") if out is None else Path(out)
-        options["out"] = str(results)
-        given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", str(path)])
-        summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
-        detections = _read_table(Path(results, "detections.csv"))
-        found = _read_tracks(Path(results, "tracks.csv") if tracks else None)
+            said = {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
+            said |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
+        said["out"] = scratch / "out" if out is None else os.fspath(out)
+        flagged = [f"--{name}={value}" for name, value in (options | said).items() if value is not None]
+        return ["apgstmd", "run", *flagged, *(f"--{flag}" for flag in flags), "--", source]
+
+    if stream:
+        return _watch(command, given, bits, tables=out is not None)
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        scratch = Path(place)
+        _core.run(command(scratch), given, bits)
+        results = scratch / "out" if out is None else Path(out)
+        summary = json.loads((results / "run.json").read_text(encoding="utf-8"))
+        detections = _read_table(results / "detections.csv")
+        found = _read_tracks(results / "tracks.csv" if tracks else None)
     return Run(detections, found, summary["frames"], None if out is None else results, summary)
+
+
+def _watch(
+    command: Callable[[Path], list[str]],
+    given: Iterator[tuple[NDArray[Any], float | None]] | None,
+    bits: int | None,
+    *,
+    tables: bool,
+) -> Generator[RunFrame, None, None]:
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        running = _core.Running(command(Path(place)), given, bits, tables)
+        try:
+            while (seen := running.next()) is not None:
+                yield _frame(*seen)
+        finally:
+            running.close()
+
+
+def _frame(
+    number: int,
+    name: str,
+    seconds: float | None,
+    detections: tuple[list[NDArray[np.float32]], NDArray[np.int64]],
+    tracks: tuple[list[NDArray[np.int64]], list[NDArray[np.float64]], NDArray[np.float32], list[str]],
+    shift: tuple[float, float],
+    ego: tuple[float, float, float, bool],
+    cut: bool,
+) -> RunFrame:
+    columns, trace = detections
+    real = ("x", "y", "score", "direction", "speed", "size", "contrast")
+    time = np.nan if seconds is None else seconds
+    found = RunDetections(
+        frame=np.full(len(trace), number, np.int64),
+        name=np.full(len(trace), name, np.str_),
+        time=np.full(len(trace), time, np.float64),
+        trace=trace,
+        **dict(zip(real, columns, strict=True)),
+    )
+    whole_numbers, numbers, score, state = tracks
+    points = Tracks(
+        score=score,
+        state=np.array(state, np.str_),
+        **dict(zip(("frame", "track", "age"), whole_numbers, strict=True)),
+        **dict(zip(("time", "x", "y", "vx", "vy"), numbers, strict=True)),
+    )
+    return RunFrame(number, name, time, found, points, shift, EgoMotion(*ego), cut)
 
 
 def tune(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from .table import Table
 
 if TYPE_CHECKING:
     import supervision
+
+
+Maps: TypeAlias = tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]
 
 
 class Detection(NamedTuple):
@@ -271,3 +274,25 @@ class Output:
         height, width = self.response.shape
         peak = self.response.max()
         return f"Output({height} x {width}, {len(self.detections)} detections, strongest response {peak:.4g})"
+
+
+@dataclass(frozen=True, slots=True)
+class RunFrame:
+    """What one frame of a run showed, as `run(..., stream=True)` gives it.
+
+    frame: its number; name: as in the tables; time: seconds, NaN where nothing tells. detections: those of this frame.
+    tracks: points of tracks that became certain with this frame: its own and, where a track was just confirmed or seen
+    again, earlier ones; what was given is never taken back. background_shift, ego_motion, cut: as in `Output`.
+    """
+
+    frame: int
+    name: str
+    time: float
+    detections: RunDetections
+    tracks: Tracks
+    background_shift: tuple[float, float]
+    ego_motion: EgoMotion
+    cut: bool
+
+    def __repr__(self) -> str:
+        return f"RunFrame({self.name}, {len(self.detections)} detections, {len(self.tracks)} points of tracks)"
