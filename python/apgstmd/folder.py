@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
-import csv
+import inspect
 import json
 import os
 import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Unpack, overload
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import EgoMotion, RunDetections, RunFrame, Tracks
+from .results import RunDetections, RunFrame, Tracks
+from .rows import read_detections, read_tracks, seen_frame
 from .run_options import RunOptions
 from .scene import Scene
 from .sources import Frames, Grey, arrays
 
 _OPTIONS = (
-    *("out", "stream", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("out", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
     *("speeds", "sizes", "contrast", "false_alarms"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
     *("video", "video_response", "report"),
 )
+
+
+Input: TypeAlias = str | os.PathLike[str] | Scene | Frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,55 +55,7 @@ class Run:
         return f"Run({self.frames} frames, {len(self.detections)} detections, {linked}{where})"
 
 
-@overload
-def run(
-    input: str | os.PathLike[str] | Scene | Frames, *, stream: Literal[False] = False, **options: Unpack[RunOptions]
-) -> Run: ...
-@overload
-def run(
-    input: str | os.PathLike[str] | Scene | Frames, *, stream: Literal[True], **options: Unpack[RunOptions]
-) -> Generator[RunFrame, None, None]: ...
-def run(
-    input: str | os.PathLike[str] | Scene | Frames,
-    *,
-    stream: bool = False,
-    out: str | os.PathLike[str] | None = None,
-    model: Model | None = None,
-    preset: Preset | None = None,
-    speed: float | str | None = None,
-    speeds: Sequence[float] = (),
-    sizes: Sequence[float] = (),
-    contrast: float | None = None,
-    false_alarms: float | Literal["off"] | None = None,
-    rejection: Rejection | None = None,
-    localise: Localise | None = None,
-    threshold: float | None = None,
-    params: ParamFile | None = None,
-    start: int | str | None = None,
-    stop: int | str | None = None,
-    step: int | str | None = None,
-    fps: float | None = None,
-    live: bool | None = None,
-    grey: Grey | None = None,
-    bit_depth: int | None = None,
-    on_error: Literal["stop", "skip"] = "stop",
-    threads: int | None = None,
-    force: bool = False,
-    overlay: bool = False,
-    formats: Sequence[Literal["csv", "jsonl"]] = ("csv",),
-    dump: Sequence[str] = (),
-    dump_frames: str | Iterable[int] | None = None,
-    dump_dir: str | os.PathLike[str] | None = None,
-    tracks: bool = True,
-    mot: str | os.PathLike[str] | None = None,
-    coco: str | os.PathLike[str] | None = None,
-    box_size: float | None = None,
-    video: str | os.PathLike[str] | None = None,
-    video_response: bool = False,
-    report: str | os.PathLike[str] | None = None,
-    progress: bool = False,
-    **parameters: Unpack[Parameters],
-) -> Run | Generator[RunFrame, None, None]:
+def run(input: Input, **options: Unpack[RunOptions]) -> Run:
     """Detects targets in pictures, a video, a camera, a stream, a scene or arrays, as `apgstmd run` does.
 
     Parameters
@@ -109,8 +65,6 @@ def run(
         "scene.toml" or as `apgstmd.synth` returns it, drawn on the way. Or frames as `Detector.process` takes them: an array
         (frames, rows, columns), any iterable of arrays (rows, columns), what `av.open` of PyAV returns, or a
         `cv2.VideoCapture`. They are fetched in the calling thread and copied, so that an iterator may use its array again.
-    stream : give what each frame shows as soon as it is known, a generator of `RunFrame`, instead of everything at the end;
-        `close()`, or leaving it alone, ends the run. Without `out` nothing is kept, however long it goes on.
     out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
     speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
     speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
@@ -150,12 +104,98 @@ def run(
     >>> frames = list(apgstmd.synth("demo"))[:40]
     >>> apgstmd.run(frames, speed=1.0, fps=100).frames
     40
-    >>> for seen in apgstmd.run(iter(frames), speed=1.0, stream=True):
+    """
+    plan = _plan(input, **options)
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        scratch = Path(place)
+        _core.run(plan.command(scratch), plan.frames, plan.bits)
+        results = scratch / "out" if plan.out is None else plan.out
+        summary = json.loads((results / "run.json").read_text(encoding="utf-8"))
+        detections = read_detections(results / "detections.csv")
+        found = read_tracks(results / "tracks.csv" if plan.tracks else None)
+    return Run(detections, found, summary["frames"], plan.out, summary)
+
+
+def watch(input: Input, **options: Unpack[RunOptions]) -> Generator[RunFrame, None, None]:
+    """As `run`, but what each frame shows comes as soon as it is known: a generator of `RunFrame`.
+
+    `close()`, or leaving it alone, ends the run after the frame in work. Without `out` nothing is kept, however long it goes on;
+    with it the files are complete up to there. Frames are read some way ahead of what has been taken; of a bank with false
+    alarms limited the first 30 come together, unless `live`. Raises what `run` raises: for wrong arguments here, for the rest
+    when the first frame is asked for.
+
+    >>> import apgstmd
+    >>> for seen in apgstmd.watch(apgstmd.synth("demo"), speed=1.0):
     ...     if len(seen.detections):
     ...         break
-    >>> seen.frame < 40
-    True
+    >>> seen.frame < 40, seen.time == seen.frame / 100
+    (True, True)
     """
+    return _watched(_plan(input, **options))
+
+
+def _watched(plan: _Plan) -> Generator[RunFrame, None, None]:
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        running = _core.Running(plan.command(Path(place)), plan.frames, plan.bits, plan.out is not None)
+        try:
+            while (seen := running.next()) is not None:
+                yield seen_frame(*seen)
+        finally:
+            running.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What is to be run: the command, given a folder for what it needs on the way, and what Python keeps of it."""
+
+    command: Callable[[Path], list[str]]
+    frames: Iterator[tuple[NDArray[Any], float | None]] | None
+    bits: int | None
+    out: Path | None
+    tracks: bool
+
+
+def _plan(
+    input: Input,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    model: Model | None = None,
+    preset: Preset | None = None,
+    speed: float | str | None = None,
+    speeds: Sequence[float] = (),
+    sizes: Sequence[float] = (),
+    contrast: float | None = None,
+    false_alarms: float | Literal["off"] | None = None,
+    rejection: Rejection | None = None,
+    localise: Localise | None = None,
+    threshold: float | None = None,
+    params: ParamFile | None = None,
+    start: int | str | None = None,
+    stop: int | str | None = None,
+    step: int | str | None = None,
+    fps: float | None = None,
+    live: bool | None = None,
+    grey: Grey | None = None,
+    bit_depth: int | None = None,
+    on_error: Literal["stop", "skip"] = "stop",
+    threads: int | None = None,
+    force: bool = False,
+    overlay: bool = False,
+    formats: Sequence[Literal["csv", "jsonl"]] = ("csv",),
+    dump: Sequence[str] = (),
+    dump_frames: str | Iterable[int] | None = None,
+    dump_dir: str | os.PathLike[str] | None = None,
+    tracks: bool = True,
+    mot: str | os.PathLike[str] | None = None,
+    coco: str | os.PathLike[str] | None = None,
+    box_size: float | None = None,
+    video: str | os.PathLike[str] | None = None,
+    video_response: bool = False,
+    report: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    **parameters: Unpack[Parameters],
+) -> _Plan:
+    """The arguments of `run`, checked."""
     told = speed if not isinstance(speed, str) else None
     text = resolve(model, preset, told, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
     given = None if isinstance(input, (str, os.PathLike, Scene)) else arrays(input, grey)
@@ -214,62 +254,13 @@ def run(
         flagged = [f"--{name}={value}" for name, value in (options | said).items() if value is not None]
         return ["apgstmd", "run", *flagged, *(f"--{flag}" for flag in flags), "--", source]
 
-    if stream:
-        return _watch(command, given, bits, tables=out is not None)
-    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
-        scratch = Path(place)
-        _core.run(command(scratch), given, bits)
-        results = scratch / "out" if out is None else Path(out)
-        summary = json.loads((results / "run.json").read_text(encoding="utf-8"))
-        detections = _read_table(results / "detections.csv")
-        found = _read_tracks(results / "tracks.csv" if tracks else None)
-    return Run(detections, found, summary["frames"], None if out is None else results, summary)
+    return _Plan(command, given, bits, None if out is None else Path(out), tracks)
 
 
-def _watch(
-    command: Callable[[Path], list[str]],
-    given: Iterator[tuple[NDArray[Any], float | None]] | None,
-    bits: int | None,
-    *,
-    tables: bool,
-) -> Generator[RunFrame, None, None]:
-    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
-        running = _core.Running(command(Path(place)), given, bits, tables)
-        try:
-            while (seen := running.next()) is not None:
-                yield _frame(*seen)
-        finally:
-            running.close()
-
-
-def _frame(
-    number: int,
-    name: str,
-    seconds: float | None,
-    detections: tuple[list[NDArray[np.float32]], NDArray[np.int64]],
-    tracks: tuple[list[NDArray[np.int64]], list[NDArray[np.float64]], NDArray[np.float32], list[str]],
-    shift: tuple[float, float],
-    ego: tuple[float, float, float, bool],
-    cut: bool,
-) -> RunFrame:
-    columns, trace = detections
-    real = ("x", "y", "score", "direction", "speed", "size", "contrast")
-    time = np.nan if seconds is None else seconds
-    found = RunDetections(
-        frame=np.full(len(trace), number, np.int64),
-        name=np.full(len(trace), name, np.str_),
-        time=np.full(len(trace), time, np.float64),
-        trace=trace,
-        **dict(zip(real, columns, strict=True)),
-    )
-    whole_numbers, numbers, score, state = tracks
-    points = Tracks(
-        score=score,
-        state=np.array(state, np.str_),
-        **dict(zip(("frame", "track", "age"), whole_numbers, strict=True)),
-        **dict(zip(("time", "x", "y", "vx", "vy"), numbers, strict=True)),
-    )
-    return RunFrame(number, name, time, found, points, shift, EgoMotion(*ego), cut)
+# For help() and the manual: the keywords by name.
+for _public in (run, watch):
+    _signature = inspect.signature(_plan)
+    setattr(_public, "__signature__", _signature.replace(return_annotation=_public.__annotations__["return"]))
 
 
 def tune(
@@ -332,44 +323,3 @@ def _place(name: str, place: int | str | None, least: int) -> int | str | None:
 
 def _frames(frames: str | Iterable[int] | None) -> str | None:
     return frames if frames is None or isinstance(frames, str) else ",".join(map(str, frames))
-
-
-class _Cells:
-    """Cells of a CSV file by column."""
-
-    def __init__(self, path: Path | None) -> None:
-        self.rows: list[dict[str, str]] = []
-        if path is not None:
-            with path.open(encoding="utf-8", newline="") as file:
-                self.rows = list(csv.DictReader(file))
-
-    def __call__(self, name: str, dtype: Any) -> Any:
-        # Empty where there is no value: the direction of a model that has none, an unknown time.
-        return np.array([row[name] or "nan" for row in self.rows], dtype=np.str_).astype(dtype)
-
-
-def _read_tracks(path: Path | None) -> Tracks:
-    column = _Cells(path)
-    whole = {name: column(name, np.int64) for name in ("frame", "track", "age")}
-    real = {name: column(name, np.float64) for name in ("x", "y", "vx", "vy")}
-    time, score, state = column("time_s", np.float64), column("score", np.float32), column("state", np.str_)
-    table = Tracks(time=time, score=score, state=state, **whole, **real)
-    # Rows were written as they became certain.
-    return table[np.lexsort((table.track, table.frame))]
-
-
-def _read_table(path: Path) -> RunDetections:
-    column = _Cells(path)
-    return RunDetections(
-        frame=column("frame", np.int64),
-        name=column("name", np.str_),
-        time=column("time_s", np.float64),
-        x=column("x", np.float32),
-        y=column("y", np.float32),
-        score=column("score", np.float32),
-        direction=column("direction_rad", np.float32),
-        trace=column("trace", np.int64),
-        speed=column("speed", np.float32),
-        size=column("size", np.float32),
-        contrast=np.nan_to_num(column("contrast", np.float32)),
-    )

@@ -278,7 +278,7 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class RunFrame:
-    """What one frame of a run showed, as `run(..., stream=True)` gives it.
+    """What one frame of a run showed, as `watch` gives it.
 
     frame: its number; name: as in the tables; time: seconds, NaN where nothing tells. detections: those of this frame.
     tracks: points of tracks that became certain with this frame: its own and, where a track was just confirmed or seen

@@ -1,4 +1,4 @@
-"""The keywords of `run`, for type checkers."""
+"""The keywords of `run` and `watch`, for type checkers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .sources import Grey
 
 
 class RunOptions(Parameters, total=False):
-    """What `run` takes besides its input and `stream`; `run` says what each means."""
+    """What `run` and `watch` take besides their input; `run` says what each means."""
 
     out: str | os.PathLike[str] | None
     model: Model | None

@@ -38,7 +38,19 @@ class Container(Protocol):
         """Frames of a stream."""
 
 
-Frames: TypeAlias = NDArray[Any] | Capture | Container | Iterable[Any]
+class Stream(Protocol):
+    """As a video stream of PyAV: `container.streams.video[0]`."""
+
+    @property
+    def container(self) -> Any:
+        """What it is a part of."""
+
+    @property
+    def codec_context(self) -> Any:
+        """How it is coded."""
+
+
+Frames: TypeAlias = NDArray[Any] | Capture | Container | Stream | Iterable[Any]
 
 
 def arrays(frames: Any, grey: Grey | None) -> Iterator[tuple[NDArray[Any], float | None]]:

@@ -94,8 +94,8 @@ def test_maps_and_frames_in_one_memory(first: int, second: int, third: int, stac
     def at(row: int) -> NDArray[np.float32]:
         return memory[row * width : (row + height) * width].reshape(height, width)
 
-    rows = (first, second, third) if not stack else (first, 41 + second, 82 + third)
-    rows = tuple(min(row, len(memory) // width - height) for row in rows)
+    wanted_rows = (first, 41 + second, 82 + third) if stack else (first, second, third)
+    rows = [min(row, len(memory) // width - height) for row in wanted_rows]
     whole = at(rows[0])
     frame = whole if kind == "f4" else whole.view(kind)[:, :width]
     frame[...] = np.random.default_rng(first).random((height, width)) < 0.5

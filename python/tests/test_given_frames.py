@@ -164,7 +164,7 @@ def test_colour_is_asked_for() -> None:
     rows = [tuple(row) for frame in colour for row in detector.process(frame).detections]
     assert [row[3:8] for row in rgb.detections] == rows
     with pytest.raises(ValueError, match="grey is 'gbr', but it must be 'rgb' or 'bgr'"):
-        apgstmd.run(colour, grey="gbr")  # type: ignore[call-overload]
+        apgstmd.run(colour, grey="gbr")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="grey is for arrays"):
         apgstmd.run(".", grey="rgb")
 
@@ -186,7 +186,7 @@ def test_what_cannot_be_used(frames: Any, error: type[Exception], message: str) 
     with pytest.raises(error, match=message):
         apgstmd.run(frames, **ONE)
     with pytest.raises(error, match=message):
-        list(apgstmd.run(frames, stream=True, **ONE))
+        list(apgstmd.watch(frames, **ONE))
 
 
 class Trouble(Exception):
@@ -203,7 +203,7 @@ def test_what_an_iterable_raises_is_raised(error: type[BaseException], tmp_path:
         apgstmd.run(failing(), out=tmp_path / "out", **ONE)
     assert (tmp_path / "out" / "detections.csv").exists()
     with pytest.raises(error, match="no more"):
-        for _ in apgstmd.run(failing(), stream=True, **ONE):
+        for _ in apgstmd.watch(failing(), **ONE):
             pass
     # And the next one is a fresh one.
     assert apgstmd.run(FRAMES[:5], **ONE).frames == 5
@@ -219,7 +219,7 @@ def test_a_bad_frame_can_be_left_out() -> None:
 def test_a_stream_has_the_same_rows(options: dict[str, Any], folder: Path) -> None:
     for input in (folder, FRAMES):
         wanted = apgstmd.run(input, fps=8, **options)
-        seen = list(apgstmd.run(input, fps=8, stream=True, **options))
+        seen = list(apgstmd.watch(input, fps=8, **options))
         assert [one.frame for one in seen] == list(range(40))
         assert [one.time for one in seen] == [t / 8 for t in range(40)]
         rows = [row for one in seen for row in one.detections]
@@ -249,7 +249,7 @@ def test_a_stream_leaves_nothing_behind(end: str, tmp_path: Path, monkeypatch: p
             yield FRAMES[taken % 40]
             taken += 1
 
-    stream = apgstmd.run(endless(), stream=True, **ONE)
+    stream = apgstmd.watch(endless(), **ONE)
     if end == "through":
         assert len(list(stream)) == 50
     elif end != "never begun":
@@ -266,24 +266,25 @@ def test_a_stream_leaves_nothing_behind(end: str, tmp_path: Path, monkeypatch: p
 
 def test_a_stream_with_files(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    stream = apgstmd.run(FRAMES, stream=True, out=out, **ONE)
+    stream = apgstmd.watch(FRAMES, out=out, **ONE)
     for _ in range(10):
         last = next(stream)
     stream.close()
     summary = json.loads((out / "run.json").read_text())
     assert summary["interrupted"] and summary["error"] is None and 10 <= summary["frames"] < 40
     assert (out / "tracks.csv").exists() and last.frame == 9
-    assert len(list(apgstmd.run(FRAMES, stream=True, out=out, force=True, report=tmp_path / "page.html", **ONE))) == 40
+    assert len(list(apgstmd.watch(FRAMES, out=out, force=True, report=tmp_path / "page.html", **ONE))) == 40
     assert json.loads((out / "run.json").read_text())["frames"] == 40 and (tmp_path / "page.html").exists()
 
 
 def test_streams_beside_each_other() -> None:
-    one, other = (apgstmd.run(FRAMES, stream=True, **ONE) for _ in range(2))
+    one, other = (apgstmd.watch(FRAMES, **ONE) for _ in range(2))
     next(other)
     one.close()
     assert len(list(other)) == 39
-    pairs = zip(apgstmd.run(FRAMES, stream=True, **ONE), apgstmd.run(FRAMES, stream=True, **ONE), strict=True)
-    assert all(list(a.detections) == list(b.detections) for a, b in pairs)
+    both = [apgstmd.watch(FRAMES, fps=8, **ONE) for _ in range(2)]
+    for a, b in zip(*both, strict=True):
+        assert list(a.detections) == list(b.detections)
 
 
 def test_a_result_does_not_wait_for_all_frames() -> None:
@@ -295,6 +296,6 @@ def test_a_result_does_not_wait_for_all_frames() -> None:
             came.append(time.monotonic())
             yield frame
 
-    for seen in apgstmd.run(camera(), stream=True, **ONE):
+    for seen in apgstmd.watch(camera(), **ONE):
         # One more may be on its way while this one is computed; the rest is room for a busy machine.
         assert len(came) <= seen.frame + 4

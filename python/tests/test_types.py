@@ -32,7 +32,7 @@ from apgstmd import Params, Run, RunFrame
 
 frames = [np.zeros((32, 48), np.uint8)]
 assert_type(apgstmd.run(frames, speed=1.0), Run)
-assert_type(next(apgstmd.run(iter(frames), stream=True, attention_alpha=0.5)), RunFrame)
+assert_type(next(apgstmd.watch(iter(frames), attention_alpha=0.5)), RunFrame)
 assert_type(Params.preset("practical").attention.alpha, float)
 assert_type(Params().rejection.max_missed, int)
 apgstmd.Detector((32, 48), params=Params()).process(frames[0], out=(np.zeros((32, 48), np.float32), None))
@@ -42,4 +42,4 @@ Params().attention.alfa.x  # any name may be asked for
 """)
     code, text = pyright("--outputjson", "user.py", folder=tmp_path)
     errors = [item for item in json.loads(text)["generalDiagnostics"] if item["severity"] == "error"]
-    assert code == 1 and {item["range"]["start"]["line"] for item in errors} == {13, 14}, errors
+    assert code == 1 and {item["range"]["start"]["line"] for item in errors} == {12, 13}, errors
