@@ -128,8 +128,8 @@ def watch(input: Input, **options: Unpack[RunOptions]) -> Generator[RunFrame, No
     >>> for seen in apgstmd.watch(apgstmd.synth("demo"), speed=1.0):
     ...     if len(seen.detections):
     ...         break
-    >>> seen.frame < 40, seen.time == seen.frame / 100
-    (True, True)
+    >>> seen.frame < 40, seen
+    (True, RunFrame(scene_000006, 1 detections, 0 points of tracks))
     """
     return _watched(_plan(input, **options))
 

@@ -106,7 +106,7 @@ class BankDetections(Detections):
     """As `Detections`, with the columns speed, size and contrast (float32) behind the others."""
 
     __slots__ = ("speed", "size", "contrast")
-    names = (*Detections.names, "speed", "size", "contrast")
+    names: ClassVar[tuple[str, ...]] = (*Detections.names, "speed", "size", "contrast")
     row: ClassVar[Any] = BankDetection
 
     speed: NDArray[np.float32]
@@ -136,14 +136,14 @@ class RunDetections(BankDetections):
     """As `BankDetections` over all frames, with the columns frame (int64), name (str) and time (float64) before the others."""
 
     __slots__ = ("frame", "name", "time")
-    names = ("frame", "name", "time", *BankDetections.names)
-    row = RunDetection
+    names: ClassVar[tuple[str, ...]] = ("frame", "name", "time", *BankDetections.names)
+    row: ClassVar[Any] = RunDetection
 
     frame: NDArray[np.int64]
     name: NDArray[np.str_]
     time: NDArray[np.float64]
 
-    _path = ("x", "y", "trace")
+    _path: ClassVar[tuple[str, str, str | None] | None] = ("x", "y", "trace")
 
     def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
         """As MOTChallenge detections, id -1; see `Tracks.to_mot`."""
@@ -185,8 +185,8 @@ class Tracks(Table):
     """
 
     __slots__ = TrackPoint._fields
-    names = TrackPoint._fields
-    row = TrackPoint
+    names: ClassVar[tuple[str, ...]] = TrackPoint._fields
+    row: ClassVar[Any] = TrackPoint
 
     frame: NDArray[np.int64]
     time: NDArray[np.float64]
@@ -199,7 +199,7 @@ class Tracks(Table):
     state: NDArray[np.str_]
     age: NDArray[np.int64]
 
-    _path = ("x", "y", "track")
+    _path: ClassVar[tuple[str, str, str | None] | None] = ("x", "y", "track")
 
     def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
         """As MOTChallenge text, `frame,id,left,top,width,height,conf,-1,-1,-1` a line; frames, ids and pixels count from 1.

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 
 def pyright(*arguments: str, folder: Path) -> tuple[int, str]:
-    command = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    # It asks the first Python there is where packages are.
+    here = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    command = [sys.executable, "-m", "pyright", *arguments]
+    done = subprocess.run(command, cwd=folder, env=here, capture_output=True, text=True)
     return done.returncode, done.stdout
 
 
