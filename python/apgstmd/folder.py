@@ -6,7 +6,7 @@ import inspect
 import json
 import os
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, Unpack
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, is_toml, resolve, whole
 from .results import RunDetections, RunFrame, Tracks
 from .rows import read_detections, read_tracks, seen_frame
 from .run_options import RunOptions
@@ -241,7 +241,8 @@ def _plan(
         if isinstance(input, Scene):
             source = str(scratch / "scene.toml")
             Path(source).write_text(input.toml, encoding="utf-8")
-        if parameters or not (params is None or isinstance(params, os.PathLike)):
+        path_of = None if params is None or isinstance(params, Mapping) or is_toml(params) else os.fspath(params)
+        if parameters or (params is not None and path_of is None):
             # The command line has no flag for each parameter, but it takes a file with all of them.
             file = scratch / "params.toml"
             file.write_text(text, encoding="utf-8")
@@ -249,7 +250,7 @@ def _plan(
         else:
             # Said as on the command line, so that run.json tells what was asked for.
             said = {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
-            said |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
+            said |= {"threshold": threshold, "params": path_of}
         said["out"] = scratch / "out" if out is None else os.fspath(out)
         flagged = [f"--{name}={value}" for name, value in (options | said).items() if value is not None]
         return ["apgstmd", "run", *flagged, *(f"--{flag}" for flag in flags), "--", source]

@@ -230,7 +230,7 @@ impl Input {
             Kind::Given(frames) => {
                 let frames = frames.lock().unwrap_or_else(PoisonError::into_inner).take();
                 frames
-                    .map(|frames| Box::new(Stream::new(frames, self.about(None), span)) as Box<dyn FrameSource>)
+                    .map(|frames| Box::new(Stream::new(frames, self.about(None), (span, done))) as Box<dyn FrameSource>)
                     .into_iter()
                     .collect()
             }
