@@ -5,6 +5,9 @@
     out.detections                                            # x, y, score, direction, trace as NumPy columns
     bank = apgstmd.Bank((height, width))                      # for targets of unknown speed and size
     apgstmd.run("frames/")                                    # a whole folder, like the command line; .tracks has tracks
+    apgstmd.run(array, speed=1.0)                             # (frames, rows, columns), any iterable, PyAV, OpenCV
+    for seen in apgstmd.watch("rtsp://camera"): ...           # the same frame by frame, as it comes
+    apgstmd.Params.preset("practical").replace(attention_alpha=2)  # all parameters as one value, for params=
     apgstmd.tune("empty.mp4", "quiet.toml")                   # a threshold by a clip without targets
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
@@ -23,10 +26,7 @@ from typing import Any as _Any
 from ._core import MODELS, STAGES, __version__
 from .bank import Bank
 from .detector import Detector
-from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
-from .folder import Run, run, tune
 from .options import Parameter, parameters, params
-from .reproduction import Check, Reproduction, reproduce
 from .results import (
     BankDetection,
     BankDetections,
@@ -36,13 +36,18 @@ from .results import (
     Output,
     RunDetection,
     RunDetections,
+    RunFrame,
     TrackPoint,
     Tracks,
 )
-from .scene import Scene, Truth, TruthRow, synth
 
 if _TYPE_CHECKING:
     from . import plot, rerun
+    from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
+    from .folder import Run, run, tune, watch
+    from .reproduction import Check, Reproduction, reproduce
+    from .scene import Scene, Truth, TruthRow, synth
+    from .settings import Params
 
 __all__ = [
     "MODELS",
@@ -61,10 +66,12 @@ __all__ = [
     "OperatingPoint",
     "Output",
     "Parameter",
+    "Params",
     "Reproduction",
     "Run",
     "RunDetection",
     "RunDetections",
+    "RunFrame",
     "Scene",
     "TrackEvaluation",
     "TrackPoint",
@@ -81,11 +88,29 @@ __all__ = [
     "run",
     "synth",
     "tune",
+    "watch",
 ]
 
 
+# Imported when they are asked for: a detector needs none of them, and they take their time.
+_LATER = {
+    "evaluation": ("Curve", "Evaluation", "HotaCurve", "OperatingPoint", "TrackEvaluation", "evaluate"),
+    "folder": ("Run", "run", "tune", "watch"),
+    "plot": (),
+    "reproduction": ("Check", "Reproduction", "reproduce"),
+    "rerun": (),
+    "scene": ("Scene", "Truth", "TruthRow", "synth"),
+    "settings": ("Params",),
+}
+
+
 def __getattr__(name: str) -> _Any:
-    # These import packages that not everybody has, and take their time.
-    if name in ("plot", "rerun"):
-        return _importlib.import_module(f".{name}", __name__)
+    for module, names in _LATER.items():
+        if name == module or name in names:
+            found = _importlib.import_module(f".{module}", __name__)
+            return found if name == module else getattr(found, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,6 +1,6 @@
 """The compiled part: private, thin. Its users are the modules beside it; see `apgstmd.Detector` for the manual."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, TypeAlias, final
 
 import numpy as np
@@ -11,11 +11,15 @@ _Columns: TypeAlias = tuple[
     NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]
 ]
 
+_Out: TypeAlias = tuple[_Map | None, _Map | None]
+# An array and its seconds.
+_Frames: TypeAlias = Iterator[tuple[NDArray[Any], float | None]]
+
 _Whole: TypeAlias = NDArray[np.int64]
 _Real: TypeAlias = NDArray[np.float64]
 _Flag: TypeAlias = NDArray[np.bool_]
 
-__all__ = ["MODELS", "STAGES", "Bank", "Detector", "Scene", "__version__", "evaluate", "fields", "resolve", "run", "run_cli"]
+__all__ = ["MODELS", "STAGES", "Bank", "Detector", "Running", "Scene", "__version__", "evaluate", "fields", "kernels", "resolve", "run", "run_cli"]
 
 __version__: Final[str]
 MODELS: Final[tuple[str, ...]]
@@ -73,7 +77,7 @@ class Bank:
         """Speed, px/frame, and size, px, of each."""
 
     def process(
-        self, frame: NDArray[Any]
+        self, frame: NDArray[Any], out: _Out | None = None
     ) -> tuple[
         _Map,
         _Map,
@@ -133,10 +137,12 @@ class Detector:
         """The stages that its model has."""
 
     def process(
-        self, frame: NDArray[Any]
+        self, frame: NDArray[Any], out: _Out | None = None
     ) -> tuple[_Map, _Map, _Columns, tuple[float, float], tuple[float, float, float, bool], bool]:
         """(H, W) response, (H, W) direction, columns x, y, score, direction, trace, background shift (x, y) in px,
         (rotation, zoom, residual, unexplained) of the background, whether the scene was cut before this frame.
+
+        `out` holds arrays for response and direction, (H, W), C-contiguous; they are then what comes back.
         """
 
     def stage(self, name: str) -> NDArray[np.float32]:
@@ -148,6 +154,35 @@ class Detector:
     def reset(self) -> None: ...
     def frames(self) -> int:
         """Frames since construction or the last reset."""
+
+@final
+class Running:
+    """`apgstmd run` at work, to be taken frame by frame."""
+
+    def __new__(cls, argv: Sequence[str], frames: _Frames | None, bit_depth: int | None, tables: bool) -> Running:
+        """As `run`; without `tables` it writes none. RuntimeError: no thread could be started."""
+
+    def next(
+        self,
+    ) -> (
+        tuple[
+            int,
+            str,
+            float | None,
+            tuple[list[NDArray[np.float32]], NDArray[np.int64]],
+            tuple[list[_Whole], list[_Real], NDArray[np.float32], list[str]],
+            tuple[float, float],
+            tuple[float, float, float, bool],
+            bool,
+        ]
+        | None
+    ):
+        """The next frame that is through, None at the end: number, name, seconds, detections as `Bank.process` has them, tracks
+        (frame, track, age; time, x, y, vx, vy; score; state), background shift, camera, cut. Raises what `run` raises.
+        """
+
+    def close(self) -> None:
+        """Ends it after the frame in work; its files are complete up to there."""
 
 @final
 class Scene:
@@ -201,6 +236,15 @@ def evaluate(
 def fields() -> list[tuple[str, str, str, str]]:
     """Every parameter in file order: section, name, documentation, rule."""
 
+def kernels(
+    params: str,
+) -> tuple[
+    list[tuple[float, float, _Real]], list[tuple[float, _Real]], _Real, list[tuple[str, _Real]]
+]:
+    """Of a full parameter file: attention as (scale, orientation, map), prediction as (direction, map), lateral inhibition of the
+    lobula as a map, the gamma kernels over time as (name, taps).
+    """
+
 def resolve(
     model: str | None,
     preset: str | None,
@@ -221,8 +265,11 @@ def run_cli(argv: Sequence[str]) -> int:
     It owns the process meanwhile: it prints, and listens for Ctrl-C itself.
     """
 
-def run(argv: Sequence[str]) -> None:
+def run(argv: Sequence[str], frames: _Frames | None = None, bit_depth: int | None = None) -> None:
     """The same for a process that goes on afterwards: failures are exceptions, Ctrl-C is Python's.
+
+    With `frames`, the command `run` takes these in place of its INPUT. They are fetched by the calling thread, and what they
+    raise is raised.
 
     ValueError for what is wrong in `argv`, RuntimeError for all else, KeyboardInterrupt when the frame in work is done.
     """

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import Model, ParamFile, Parameters, Preset, Rejection, _read, resolve, whole
-from .results import BankDetections, EgoMotion, Output
+from .results import BankDetections, EgoMotion, Maps, Output
 from .stream import Stream, check_size
 
 
@@ -80,9 +80,9 @@ class Bank(Stream):
             whole("bit_depth", bit_depth, 1, 16),
         )
 
-    def process(self, frame: NDArray[Any]) -> Output:
+    def process(self, frame: NDArray[Any], *, out: Maps | None = None) -> Output:
         """Takes the next frame, as `Detector.process` does, and returns what it shows; nothing is delayed."""
-        response, direction, (columns, trace), shift, ego, cut = self._core.process(frame)
+        response, direction, (columns, trace), shift, ego, cut = self._core.process(frame, out)
         x, y, score, angle, speed, size, contrast = columns
         found = BankDetections(
             x=x, y=y, score=score, direction=angle, trace=trace, speed=speed, size=size, contrast=contrast

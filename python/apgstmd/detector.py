@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import Detections, EgoMotion, Output
+from .results import Detections, EgoMotion, Maps, Output
 from .stream import Stream, check_size
 
 
@@ -81,17 +81,26 @@ class Detector(Stream):
             *self._shape, text, whole("threads", threads, 1, 256), whole("bit_depth", bit_depth, 1, 16)
         )
 
-    def process(self, frame: NDArray[Any]) -> Output:
+    def process(self, frame: NDArray[Any], *, out: Maps | None = None) -> Output:
         """Takes the next frame and returns what it shows; nothing is delayed.
 
         frame : (H, W) grey, (H, W, 3) RGB or (H, W, 4) RGBA of uint8, uint16, float32, float64 or bool, any strides.
             Integers are divided by their full scale, floats must be luminance in [0, 1], colour becomes
             0.299 R + 0.587 G + 0.114 B. The array is read in place: leave it alone until this call returns.
+        out : arrays (response, direction) for the maps, each (H, W) float32, C-contiguous, apart from the frame and from each
+            other; None in place of one asks for a new array. The maps of the output are then these very arrays.
 
-        Raises TypeError for another type of array, ValueError for another size, NaN, infinity or floats outside [0, 1],
-        RuntimeError when another thread is inside. The detector is unchanged after each of them.
+        Raises TypeError for another type of array, ValueError for another size, NaN, infinity or floats outside [0, 1], and
+        for arrays of `out` that cannot be written, RuntimeError when another thread is inside. The detector is unchanged
+        after each of them.
+
+        >>> import apgstmd, numpy as np
+        >>> detector = apgstmd.Detector((32, 48))
+        >>> maps = np.empty((32, 48), np.float32), np.empty((32, 48), np.float32)
+        >>> detector.process(np.zeros((32, 48), np.uint8), out=maps).response is maps[0]
+        True
         """
-        response, direction, (x, y, score, angle, trace), shift, ego, cut = self._core.process(frame)
+        response, direction, (x, y, score, angle, trace), shift, ego, cut = self._core.process(frame, out)
         detections = Detections(x=x, y=y, score=score, direction=angle, trace=trace)
         return Output(detections, response, direction, shift, EgoMotion(*ego), cut)
 

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,8 +49,8 @@ class Curve(Table):
     """
 
     __slots__ = CurvePoint._fields
-    names = CurvePoint._fields
-    row = CurvePoint
+    names: ClassVar[tuple[str, ...]] = CurvePoint._fields
+    row: ClassVar[Any] = CurvePoint
 
     threshold: NDArray[np.float64]
     true_detections: NDArray[np.int64]
@@ -94,8 +94,8 @@ class HotaCurve(Table):
     """
 
     __slots__ = HotaPoint._fields
-    names = HotaPoint._fields
-    row = HotaPoint
+    names: ClassVar[tuple[str, ...]] = HotaPoint._fields
+    row: ClassVar[Any] = HotaPoint
 
     similarity: NDArray[np.float64]
     hota: NDArray[np.float64]

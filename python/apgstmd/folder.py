@@ -1,30 +1,37 @@
-"""Whole folders, videos and streams: the command line's `run`, in this process."""
+"""Whole folders, videos, streams and arrays: the command line's `run`, in this process."""
 
 from __future__ import annotations
 
-import csv
+import inspect
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
-from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
-from .results import RunDetections, Tracks
+from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, is_toml, resolve, whole
+from .results import RunDetections, RunFrame, Tracks
+from .rows import read_detections, read_tracks, seen_frame
+from .run_options import RunOptions
 from .scene import Scene
+from .sources import Frames, Grey, arrays
 from .stream import Rectangle
 
 _OPTIONS = (
-    *("out", "start", "stop", "step", "fps", "live", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
-    *("speeds", "sizes", "contrast", "false_alarms"),
+    *("out", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("speeds", "sizes", "contrast", "false_alarms", "roi", "mask"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
     *("video", "video_response", "report"),
 )
+
+
+Input: TypeAlias = str | os.PathLike[str] | Scene | Frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +56,110 @@ class Run:
         return f"Run({self.frames} frames, {len(self.detections)} detections, {linked}{where})"
 
 
-def run(
-    input: str | os.PathLike[str] | Scene,
+def run(input: Input, **options: Unpack[RunOptions]) -> Run:
+    """Detects targets in pictures, a video, a camera, a stream, a scene or arrays, as `apgstmd run` does.
+
+    Parameters
+    ----------
+    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; a video
+        file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
+        "scene.toml" or as `apgstmd.synth` returns it, drawn on the way. Or frames as `Detector.process` takes them: an array
+        (frames, rows, columns), any iterable of arrays (rows, columns), what `av.open` of PyAV returns, or a
+        `cv2.VideoCapture`. They are fetched in the calling thread and copied, so that an iterator may use its array again.
+    out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
+    speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
+    speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
+    contrast : the least of the bank's detections, 0 to 1, 0.01 by default.
+    false_alarms : list so many a frame, 0.001 to 10: the least score is set by the clip itself, as it passes; "off" lists all
+        that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
+    model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
+    roi : (x, y, width, height) in px, or several: targets are looked for there only; mask : a picture of the size of the frames,
+        and only where it is not black. What is far outside is not computed.
+    start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
+    fps : frames a second of pictures and arrays, or in place of the wrong rate of a video. PyAV and OpenCV tell times.
+    grey : "rgb" or "bgr": frames in colour, with channels in this order (OpenCV's is "bgr"), become
+        0.299 R + 0.587 G + 0.114 B. Without it arrays in colour are refused. Files and videos by path need it not.
+    live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
+    bit_depth : significant bits of 16-bit samples, 9 to 16, of arrays 1 to 16.
+    on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
+    threads : 1 to 256, all cores by default. The numbers do not depend on it.
+    force : replace results that `out` already holds.
+    overlay : write annotated pictures and a contact strip.
+    formats : tables to write besides detections.csv: "jsonl".
+    dump, dump_frames, dump_dir : stages to write as .npy, the frames ("60,120..130" or numbers), and where.
+    tracks : link detections to tracks.
+    mot, coco : files to write the tracks to, as MOTChallenge text (frames, ids and pixels count from 1) and as COCO JSON.
+    box_size : side in px of the box that stands for a point in these; by default the size of target that the parameters
+        prefer.
+    video : file (.mp4, .mov, .mkv) for a video with every frame annotated, through the program ffmpeg; video_response : with
+        the response map beside it.
+    report : file (.html) for a page to look at what was found.
+    progress : show a progress bar on a terminal and a summary.
+
+    Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
+    cannot be read or used and folders that cannot be written, and what an iterable raises. Ctrl-C ends it after the frame in
+    work. The files in `out` are complete up to there each time.
+
+        found = apgstmd.run("frames/")
+        found.detections[found.detections.frame == 100].x
+
+    >>> import apgstmd
+    >>> frames = list(apgstmd.synth("demo"))[:40]
+    >>> apgstmd.run(frames, speed=1.0, fps=100).frames
+    40
+    """
+    plan = _plan(input, **options)
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        scratch = Path(place)
+        _core.run(plan.command(scratch), plan.frames, plan.bits)
+        results = scratch / "out" if plan.out is None else plan.out
+        summary = json.loads((results / "run.json").read_text(encoding="utf-8"))
+        detections = read_detections(results / "detections.csv")
+        found = read_tracks(results / "tracks.csv" if plan.tracks else None)
+    return Run(detections, found, summary["frames"], plan.out, summary)
+
+
+def watch(input: Input, **options: Unpack[RunOptions]) -> Generator[RunFrame, None, None]:
+    """As `run`, but what each frame shows comes as soon as it is known: a generator of `RunFrame`.
+
+    `close()`, or leaving it alone, ends the run after the frame in work. Without `out` nothing is kept, however long it goes on;
+    with it the files are complete up to there. Frames are read some way ahead of what has been taken; of a bank with false
+    alarms limited the first 30 come together, unless `live`. Raises what `run` raises: for wrong arguments here, for the rest
+    when the first frame is asked for.
+
+    >>> import apgstmd
+    >>> for seen in apgstmd.watch(apgstmd.synth("demo"), speed=1.0):
+    ...     if len(seen.detections):
+    ...         break
+    >>> seen.frame < 40, seen
+    (True, RunFrame(scene_000006, 1 detections, 0 points of tracks))
+    """
+    return _watched(_plan(input, **options))
+
+
+def _watched(plan: _Plan) -> Generator[RunFrame, None, None]:
+    with tempfile.TemporaryDirectory(prefix="apgstmd-") as place:
+        running = _core.Running(plan.command(Path(place)), plan.frames, plan.bits, plan.out is not None)
+        try:
+            while (seen := running.next()) is not None:
+                yield seen_frame(*seen)
+        finally:
+            running.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What is to be run: the command, given a folder for what it needs on the way, and what Python keeps of it."""
+
+    command: Callable[[Path], list[str]]
+    frames: Iterator[tuple[NDArray[Any], float | None]] | None
+    bits: int | None
+    out: Path | None
+    tracks: bool
+
+
+def _plan(
+    input: Input,
     *,
     out: str | os.PathLike[str] | None = None,
     model: Model | None = None,
@@ -71,6 +180,7 @@ def run(
     step: int | str | None = None,
     fps: float | None = None,
     live: bool | None = None,
+    grey: Grey | None = None,
     bit_depth: int | None = None,
     on_error: Literal["stop", "skip"] = "stop",
     threads: int | None = None,
@@ -89,57 +199,20 @@ def run(
     report: str | os.PathLike[str] | None = None,
     progress: bool = False,
     **parameters: Unpack[Parameters],
-) -> Run:
-    """Detects targets in pictures, a video, a camera, a stream or a scene, as `apgstmd run` does.
-
-    Parameters
-    ----------
-    input : a folder, or a pattern such as "frames/*.png", of PNG, JPEG, TIFF, BMP, PGM or PPM, in natural order; a video
-        file, "/dev/video0", an "rtsp://" or "http://" address, through the program ffmpeg; or a scene, as a file
-        "scene.toml" or as `apgstmd.synth` returns it, drawn on the way.
-    out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
-    speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
-    speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
-    contrast : the least of the bank's detections, 0 to 1, 0.01 by default.
-    false_alarms : list so many a frame, 0.001 to 10: the least score is set by the clip itself, as it passes; "off" lists all
-        that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
-    model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.
-    roi : (x, y, width, height) in px, or several: targets are looked for there only; mask : a picture of the size of the frames,
-        and only where it is not black. What is far outside is not computed.
-    start, stop, step : which frames, counted from 0, `stop` not included; or seconds as text: "2.5s".
-    fps : frames a second of pictures, or in place of the wrong rate of a video.
-    live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
-    bit_depth : significant bits of 16-bit samples, 9 to 16.
-    on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
-    threads : 1 to 256, all cores by default. The numbers do not depend on it.
-    force : replace results that `out` already holds.
-    overlay : write annotated pictures and a contact strip.
-    formats : tables to write besides detections.csv: "jsonl".
-    dump, dump_frames, dump_dir : stages to write as .npy, the frames ("60,120..130" or numbers), and where.
-    tracks : link detections to tracks.
-    mot, coco : files to write the tracks to, as MOTChallenge text (frames, ids and pixels count from 1) and as COCO JSON.
-    box_size : side in px of the box that stands for a point in these; by default the size of target that the parameters
-        prefer.
-    video : file (.mp4, .mov, .mkv) for a video with every frame annotated, through the program ffmpeg; video_response : with
-        the response map beside it.
-    report : file (.html) for a page to look at what was found.
-    progress : show a progress bar on a terminal and a summary.
-
-    Raises FileNotFoundError for a missing folder, ValueError and TypeError as `Detector`, RuntimeError for pictures that
-    cannot be read and folders that cannot be written. Ctrl-C ends it after the frame in work: the files in `out` are
-    complete up to there.
-
-        found = apgstmd.run("frames/")
-        found.detections[found.detections.frame == 100].x
-    """
+) -> _Plan:
+    """The arguments of `run`, checked."""
     told = speed if not isinstance(speed, str) else None
     text = resolve(model, preset, told, rejection, localise, threshold, params, dict(parameters), _OPTIONS)
-    path = None if isinstance(input, Scene) else os.fspath(input)
+    given = None if isinstance(input, (str, os.PathLike, Scene)) else arrays(input, grey)
+    path = os.fspath(input) if isinstance(input, (str, os.PathLike)) else None
+    if grey is not None and given is None:
+        raise ValueError("grey is for arrays: pictures and videos by path say themselves what their colours are")
     elsewhere = path is not None and ("://" in path or path == "-" or any(mark in path for mark in "*?[%{"))
     if path is not None and not elsewhere and not os.path.exists(path):
         raise FileNotFoundError(f"there is no file or folder {path!r}")
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
+    bits = whole("bit_depth", bit_depth, 1, 16)
     options: dict[str, object] = {
         "speeds": ",".join(map(repr, map(float, speeds))) or None,
         "sizes": ",".join(map(repr, map(float, sizes))) or None,
@@ -151,7 +224,8 @@ def run(
         "step": _place("step", step, 1),
         "fps": fps,
         "live": None if live is None else "yes" if live else "no",
-        "bit-depth": whole("bit_depth", bit_depth, 1, 16),
+        # Of arrays the binding knows what fewer bits mean.
+        "bit-depth": None if given is not None and bits is not None and bits < 9 else bits,
         "on-error": on_error,
         "threads": whole("threads", threads, 1, 256),
         "format": ",".join(dict.fromkeys(("csv", *formats))),
@@ -167,28 +241,35 @@ def run(
     switches = {"force": force, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
     switches["video-response"] = video_response
     flags = [name for name, wanted in switches.items() if wanted]
-    with tempfile.TemporaryDirectory(prefix="apgstmd-") as scratch:
+    rois = _rois(roi)
+
+    def command(scratch: Path) -> list[str]:
+        source = "the frames given" if path is None else path
         if isinstance(input, Scene):
-            path = str(Path(scratch, "scene.toml"))
-            Path(path).write_text(input.toml, encoding="utf-8")
-        if parameters or not (params is None or isinstance(params, os.PathLike)):
+            source = str(scratch / "scene.toml")
+            Path(source).write_text(input.toml, encoding="utf-8")
+        path_of = None if params is None or isinstance(params, Mapping) or is_toml(params) else os.fspath(params)
+        if parameters or (params is not None and path_of is None):
             # The command line has no flag for each parameter, but it takes a file with all of them.
-            file = Path(scratch, "params.toml")
+            file = scratch / "params.toml"
             file.write_text(text, encoding="utf-8")
-            options |= {"params": str(file), "speed": speed if told is None else None}
+            said: dict[str, object] = {"params": str(file), "speed": speed if told is None else None}
         else:
             # Said as on the command line, so that run.json tells what was asked for.
-            options |= {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
-            options |= {"threshold": threshold, "params": None if params is None else os.fspath(params)}
-        results = Path(scratch, "out") if out is None else Path(out)
-        options["out"] = str(results)
-        given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        given += _rois(roi)
-        _core.run(["apgstmd", "run", *given, *(f"--{flag}" for flag in flags), "--", str(path)])
-        summary = json.loads(Path(results, "run.json").read_text(encoding="utf-8"))
-        detections = _read_table(Path(results, "detections.csv"))
-        found = _read_tracks(Path(results, "tracks.csv") if tracks else None)
-    return Run(detections, found, summary["frames"], None if out is None else results, summary)
+            said = {"model": model, "preset": preset, "speed": speed, "rejection": rejection, "localise": localise}
+            said |= {"threshold": threshold, "params": path_of}
+        said["out"] = scratch / "out" if out is None else os.fspath(out)
+        flagged = [f"--{name}={value}" for name, value in (options | said).items() if value is not None]
+        flagged += rois
+        return ["apgstmd", "run", *flagged, *(f"--{flag}" for flag in flags), "--", source]
+
+    return _Plan(command, given, bits, None if out is None else Path(out), tracks)
+
+
+# For help() and the manual: the keywords by name.
+for _public in (run, watch):
+    _signature = inspect.signature(_plan)
+    setattr(_public, "__signature__", _signature.replace(return_annotation=_public.__annotations__["return"]))
 
 
 def tune(
@@ -258,44 +339,3 @@ def _place(name: str, place: int | str | None, least: int) -> int | str | None:
 
 def _frames(frames: str | Iterable[int] | None) -> str | None:
     return frames if frames is None or isinstance(frames, str) else ",".join(map(str, frames))
-
-
-class _Cells:
-    """Cells of a CSV file by column."""
-
-    def __init__(self, path: Path | None) -> None:
-        self.rows: list[dict[str, str]] = []
-        if path is not None:
-            with path.open(encoding="utf-8", newline="") as file:
-                self.rows = list(csv.DictReader(file))
-
-    def __call__(self, name: str, dtype: Any) -> Any:
-        # Empty where there is no value: the direction of a model that has none, an unknown time.
-        return np.array([row[name] or "nan" for row in self.rows], dtype=np.str_).astype(dtype)
-
-
-def _read_tracks(path: Path | None) -> Tracks:
-    column = _Cells(path)
-    whole = {name: column(name, np.int64) for name in ("frame", "track", "age")}
-    real = {name: column(name, np.float64) for name in ("x", "y", "vx", "vy")}
-    time, score, state = column("time_s", np.float64), column("score", np.float32), column("state", np.str_)
-    table = Tracks(time=time, score=score, state=state, **whole, **real)
-    # Rows were written as they became certain.
-    return table[np.lexsort((table.track, table.frame))]
-
-
-def _read_table(path: Path) -> RunDetections:
-    column = _Cells(path)
-    return RunDetections(
-        frame=column("frame", np.int64),
-        name=column("name", np.str_),
-        time=column("time_s", np.float64),
-        x=column("x", np.float32),
-        y=column("y", np.float32),
-        score=column("score", np.float32),
-        direction=column("direction_rad", np.float32),
-        trace=column("trace", np.int64),
-        speed=column("speed", np.float32),
-        size=column("size", np.float32),
-        contrast=np.nan_to_num(column("contrast", np.float32)),
-    )

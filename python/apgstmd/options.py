@@ -208,8 +208,13 @@ def _read(params: ParamFile | None) -> tuple[str | None, Mapping[str, Mapping[st
         return None, {
             section: fields if isinstance(fields, str) else dict(fields) for section, fields in params.items()
         }
-    if isinstance(params, str) and ("=" in params or "\n" in params):
+    if isinstance(params, str) and is_toml(params):
         return params, None
     if isinstance(params, (str, os.PathLike)):
         return Path(params).read_text(encoding="utf-8"), None
     raise TypeError(f"params must be a path, TOML text or a dict of sections, not {type(params).__name__}")
+
+
+def is_toml(params: str | os.PathLike[str]) -> bool:
+    """Whether it is the text of a parameter file, not its path."""
+    return isinstance(params, str) and ("=" in params or "\n" in params)

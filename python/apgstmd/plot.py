@@ -15,10 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _core
 from ._optional import need
 from .detector import Detector
 from .evaluation import Evaluation
+from .options import ParamFile
 from .results import Detections, Output, Tracks
+from .settings import Params
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,6 +149,73 @@ def roc(results: Evaluation | Mapping[str, Evaluation], *, ax: Axes | None = Non
         ax.step(false_alarms, rate, where="post", label=f"{name} {result.area:.2f}".strip())
     ax.set(xlabel="false alarms a frame", ylabel="detection rate", xlim=(0, 1), ylim=(0, 1.02))
     ax.legend(title="area", loc="lower right")
+    return ax
+
+
+def kernels(params: ParamFile | None = None) -> Figure:
+    """The kernels that parameters stand for: over time, lateral inhibition, attention, prediction in each direction.
+
+    params : `Params` or whatever else `Detector` takes as `params=`; the preset "practical" by default.
+
+    The gamma kernels of lamina and medulla are weights of the frames before this one; maps are as they lie in the picture, px
+    to the right and upward. Of attention the first scale at 45 degrees is drawn, of prediction where a target that is in the
+    middle now is expected, by its direction.
+    """
+    file = Params().to_toml() if params is None else Params(params=params).to_toml()
+    attention, prediction, lateral, temporal = _core.kernels(file)
+    figure: Figure = _plt().figure(figsize=(13, 10), layout="constrained")
+    grid = figure.add_gridspec(3, 4)
+    ax = figure.add_subplot(grid[0, :2])
+    taps = dict(temporal)
+    fast, slow = taps["lamina fast"], taps["lamina slow"]
+    difference = np.zeros(max(len(fast), len(slow)))
+    difference[: len(fast)] += fast
+    difference[: len(slow)] -= slow
+    ax.plot(difference, color="black", label="lamina, fast - slow")
+    for name, curve in temporal:
+        ax.plot(curve, label=name, linestyle="--" if name.startswith("lamina") else "-")
+    longest = max(int(np.flatnonzero(curve > 1e-3 * curve.max())[-1]) for curve in taps.values())
+    ax.set(title="over time", xlabel="frames ago", ylabel="weight", xlim=(0, longest))
+    ax.legend()
+    scale, _, spot = next(kernel for kernel in attention if np.isclose(kernel[1], np.pi / 4))
+    for place, kernel, title in (
+        (grid[0, 2], lateral, "lateral inhibition"),
+        (grid[0, 3], spot, f"attention, {scale:g} px, 45°"),
+    ):
+        _kernel(figure, place, kernel, title, signed=True)
+    for index, (angle, kernel) in enumerate(prediction):
+        _kernel(figure, grid[1 + index // 4, index % 4], kernel, f"prediction, {np.degrees(angle):.0f}°", signed=False)
+    return figure
+
+
+def _kernel(figure: Figure, place: Any, kernel: NDArray[Any], title: str, *, signed: bool) -> None:
+    ax = figure.add_subplot(place)
+    reach = kernel.shape[0] // 2
+    limit = float(np.abs(kernel).max())
+    how: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -limit} if signed else {"cmap": "viridis", "vmin": 0.0}
+    edges = (-reach - 0.5, reach + 0.5, -reach - 0.5, reach + 0.5)
+    drawn = ax.imshow(kernel, interpolation="nearest", vmax=limit, extent=edges, **how)
+    ax.plot(0, 0, "+", color="black" if signed else "white")
+    ax.set(title=title, xlabel="right, px", ylabel="up, px")
+    figure.colorbar(drawn, ax=ax)
+
+
+def false_alarms(results: Evaluation | Mapping[str, Evaluation], *, ax: Axes | None = None) -> Axes:
+    """Detection rate over false alarms a frame, these on a logarithmic axis: few false alarms are what matters in use.
+
+    results : one evaluation, or several by name.
+    """
+    ax = _axes(ax)
+    named = results if isinstance(results, Mapping) else {"": results}
+    for name, result in named.items():
+        seen = np.isfinite(result.curve.false_alarms) & (result.curve.false_alarms > 0)
+        x, y = result.curve.false_alarms[seen], result.curve.detection_rate[seen]
+        # What is reached without any false alarm lies to the left of everything.
+        free = result.curve.detection_rate[~seen & np.isfinite(result.curve.false_alarms)]
+        least = float(free.max()) if len(free) else 0.0
+        ax.step(x, y, where="post", label=f"{name} {least:.2f} without any".strip())
+    ax.set(xscale="log", xlabel="false alarms a frame", ylabel="detection rate", ylim=(0, 1.02))
+    ax.legend(title="detection rate", loc="lower right")
     return ax
 
 

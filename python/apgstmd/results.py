@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from .table import Table
 
 if TYPE_CHECKING:
     import supervision
+
+
+Maps: TypeAlias = tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]
 
 
 class Detection(NamedTuple):
@@ -103,7 +106,7 @@ class BankDetections(Detections):
     """As `Detections`, with the columns speed, size and contrast (float32) behind the others."""
 
     __slots__ = ("speed", "size", "contrast")
-    names = (*Detections.names, "speed", "size", "contrast")
+    names: ClassVar[tuple[str, ...]] = (*Detections.names, "speed", "size", "contrast")
     row: ClassVar[Any] = BankDetection
 
     speed: NDArray[np.float32]
@@ -133,14 +136,14 @@ class RunDetections(BankDetections):
     """As `BankDetections` over all frames, with the columns frame (int64), name (str) and time (float64) before the others."""
 
     __slots__ = ("frame", "name", "time")
-    names = ("frame", "name", "time", *BankDetections.names)
-    row = RunDetection
+    names: ClassVar[tuple[str, ...]] = ("frame", "name", "time", *BankDetections.names)
+    row: ClassVar[Any] = RunDetection
 
     frame: NDArray[np.int64]
     name: NDArray[np.str_]
     time: NDArray[np.float64]
 
-    _path = ("x", "y", "trace")
+    _path: ClassVar[tuple[str, str, str | None] | None] = ("x", "y", "trace")
 
     def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
         """As MOTChallenge detections, id -1; see `Tracks.to_mot`."""
@@ -182,8 +185,8 @@ class Tracks(Table):
     """
 
     __slots__ = TrackPoint._fields
-    names = TrackPoint._fields
-    row = TrackPoint
+    names: ClassVar[tuple[str, ...]] = TrackPoint._fields
+    row: ClassVar[Any] = TrackPoint
 
     frame: NDArray[np.int64]
     time: NDArray[np.float64]
@@ -196,7 +199,7 @@ class Tracks(Table):
     state: NDArray[np.str_]
     age: NDArray[np.int64]
 
-    _path = ("x", "y", "track")
+    _path: ClassVar[tuple[str, str, str | None] | None] = ("x", "y", "track")
 
     def to_mot(self, path: str | os.PathLike[str] | None = None, box_size: float = 5.0) -> str:
         """As MOTChallenge text, `frame,id,left,top,width,height,conf,-1,-1,-1` a line; frames, ids and pixels count from 1.
@@ -271,3 +274,25 @@ class Output:
         height, width = self.response.shape
         peak = self.response.max()
         return f"Output({height} x {width}, {len(self.detections)} detections, strongest response {peak:.4g})"
+
+
+@dataclass(frozen=True, slots=True)
+class RunFrame:
+    """What one frame of a run showed, as `watch` gives it.
+
+    frame: its number; name: as in the tables; time: seconds, NaN where nothing tells. detections: those of this frame.
+    tracks: points of tracks that became certain with this frame: its own and, where a track was just confirmed or seen
+    again, earlier ones; what was given is never taken back. background_shift, ego_motion, cut: as in `Output`.
+    """
+
+    frame: int
+    name: str
+    time: float
+    detections: RunDetections
+    tracks: Tracks
+    background_shift: tuple[float, float]
+    ego_motion: EgoMotion
+    cut: bool
+
+    def __repr__(self) -> str:
+        return f"RunFrame({self.name}, {len(self.detections)} detections, {len(self.tracks)} points of tracks)"

@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, SupportsIndex, overload
+from typing import Any, ClassVar, Literal, NamedTuple, SupportsIndex, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,8 @@ class Truth(Table):
     """
 
     __slots__ = ("frame", "id", "x", "y", "w", "h", "visible", "contrast")
-    names = ("frame", "id", "x", "y", "w", "h", "visible", "contrast")
-    row = TruthRow
+    names: ClassVar[tuple[str, ...]] = ("frame", "id", "x", "y", "w", "h", "visible", "contrast")
+    row: ClassVar[Any] = TruthRow
 
     frame: NDArray[np.int64]
     id: NDArray[np.int64]

@@ -5,15 +5,15 @@ from __future__ import annotations
 import operator
 import tomllib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
 
-Rectangle = tuple[int, int, int, int]
-Region = Rectangle | Sequence[Rectangle] | NDArray[Any]
+Rectangle: TypeAlias = tuple[int, int, int, int]
+Region: TypeAlias = Rectangle | Sequence[Rectangle] | NDArray[Any]
 
 
 class Stream:

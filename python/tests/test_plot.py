@@ -80,3 +80,38 @@ def test_tuning() -> None:
     assert float(np.asarray(ax.lines[0].get_ydata())[0]) == pytest.approx(1 / 8, rel=0.15)
     with pytest.raises(ValueError, match="parameter is 'colour', but it must be one of speed, size, contrast"):
         apgstmd.plot.tuning("colour")
+
+
+def test_kernels() -> None:
+    params = apgstmd.Params("paper", speed=1.0)
+    figure = apgstmd.plot.kernels(params)
+    maps = {ax.get_title(): ax for ax in figure.axes if ax.images}
+    assert list(maps) == ["lateral inhibition", "attention, 2 px, 45°", *(f"prediction, {45 * k}°" for k in range(8))]
+    for k in range(8):
+        # A target that moves up is expected above, where the axis is drawn upward.
+        image = maps[f"prediction, {45 * k}°"].images[0]
+        values = np.asarray(image.get_array())
+        left, right, bottom, top = image.get_extent()
+        assert values.sum() == pytest.approx(1) and image.origin == "upper" and top > bottom
+        row, column = np.unravel_index(values.argmax(), values.shape)
+        x, y = left + 0.5 + column, top - 0.5 - row
+        reach = params.prediction.v_opt * params.prediction.horizon
+        assert x == pytest.approx(reach * np.cos(k * np.pi / 4), abs=1) and y == pytest.approx(reach * np.sin(k * np.pi / 4), abs=1)
+    curves = {line.get_label(): np.asarray(line.get_ydata(), float) for line in figure.axes[0].lines}
+    assert list(curves)[1:] == ["lamina fast", "lamina slow", "Mi1", "Tm1_4", "Tm1_5"]
+    for name, curve in curves.items():
+        assert curve.sum() == pytest.approx(0 if name == "lamina, fast - slow" else 1, abs=1e-8)
+    # tau is where a gamma kernel peaks; at speed 1 it is a quarter of the paper's.
+    assert abs(int(curves["Tm1_5"].argmax()) - params.medulla.tm1_5_tau) <= 1 and params.medulla.tm1_5_tau == 10
+    titles = {ax.get_title() for ax in apgstmd.plot.kernels().axes}
+    assert f"attention, {apgstmd.Params().attention.scales[0]:g} px, 45°" in titles
+
+
+def test_false_alarms() -> None:
+    scene = apgstmd.synth("demo")
+    result = apgstmd.evaluate(apgstmd.run(scene, speed=1.0, rejection="off", stop=80), scene)
+    ax = apgstmd.plot.false_alarms({"speed 1": result})
+    x, y = (np.asarray(values, float) for values in (ax.lines[0].get_xdata(), ax.lines[0].get_ydata()))
+    assert ax.get_xscale() == "log" and x.min() > 0 and (np.diff(x) >= 0).all() and (np.diff(y) >= 0).all()
+    assert y[x <= 1].max() == pytest.approx(result.rate_at(1.0))
+    assert len(apgstmd.plot.false_alarms(result).lines) == 1

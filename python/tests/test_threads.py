@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import threading
@@ -84,3 +85,70 @@ if child == 0:
 assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 """
     subprocess.run([sys.executable, "-W", "ignore", "-c", script], check=True, timeout=60)
+
+
+def test_two_detectors_are_at_work_at_once() -> None:
+    # Each says that it is busy while the other is: neither waits for the interpreter, nor for the other.
+    frame = np.random.default_rng(5).integers(0, 256, SIZE, np.uint8)
+    both = [apgstmd.Detector(SIZE, speed=1.0, threads=1) for _ in range(2)]
+    stop = threading.Event()
+
+    def work(detector: apgstmd.Detector) -> None:
+        while not stop.is_set():
+            try:
+                detector.process(frame)
+            except RuntimeError:
+                # This test was looking at it.
+                pass
+
+    def busy(detector: apgstmd.Detector) -> bool:
+        try:
+            return detector.frames < 0
+        except RuntimeError:
+            return True
+
+    workers = [threading.Thread(target=work, args=(detector,)) for detector in both]
+    for worker in workers:
+        worker.start()
+    deadline = time.monotonic() + 60
+    at_once = 0
+    while at_once < 20 and time.monotonic() < deadline:
+        # The first one is looked at again: it was busy all the while, as far as a few microseconds tell.
+        at_once += busy(both[0]) and busy(both[1]) and busy(both[0])
+        time.sleep(0.001)
+    stop.set()
+    for worker in workers:
+        worker.join()
+    assert at_once == 20
+
+
+def test_ctrl_c_is_heard_when_the_frame_is_done_and_the_detector_goes_on() -> None:
+    # A frame of seconds; the signal comes in the middle of it. A shell's background jobs ignore SIGINT, and their children with them.
+    script = """
+import signal, sys, time
+import numpy as np, apgstmd
+signal.signal(signal.SIGINT, signal.default_int_handler)
+size = (2160, 3840)
+frames = [np.random.default_rng(t).integers(0, 256, size, np.uint8) for t in range(2)]
+disturbed, alone = (apgstmd.Detector(size, threads=1, rejection="off") for _ in range(2))
+begin = time.monotonic()
+alone.process(frames[0])
+took = time.monotonic() - begin
+print("begun", took, flush=True)
+begin = time.monotonic()
+try:
+    disturbed.process(frames[0])
+    time.sleep(60)
+except KeyboardInterrupt:
+    waited = time.monotonic() - begin
+same = np.array_equal(disturbed.process(frames[1]).response, alone.process(frames[1]).response)
+print(waited, disturbed.frames, same)
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        took = float(process.stdout.readline().split()[1])
+        time.sleep(took / 4)
+        process.send_signal(signal.SIGINT)
+        waited, frames, same = process.communicate(timeout=120)[0].split()
+    # Not before the end of the frame, and not long after: machines that do other things besides take their time.
+    assert (frames, same) == ("2", "True") and float(waited) < 5 * took + 1

@@ -44,6 +44,9 @@ def test_an_empty_clip_sets_the_threshold(tmp_path: Path) -> None:
     assert text == file.read_text() and "[bank]" in text and "95 %" in text
     found = apgstmd.run(clip, params=file)
     assert 1 <= len(found.detections) <= 12
+    # The path as text is the same file, its members included.
+    again = apgstmd.run(clip, params=str(file))
+    assert again.summary["bank"] == found.summary["bank"] and len(again.detections) == len(found.detections)
     bank = apgstmd.Bank((120, 160), params=file)
     assert bank.members == [(1.0, 5.0), (2.0, 5.0)]
     assert bank.params["detection"]["least_score"] > 0

@@ -7,6 +7,7 @@ pub mod args;
 pub mod commands;
 pub mod failure;
 pub mod footage;
+pub mod host;
 pub mod interrupt;
 pub mod judge;
 pub mod plot;
@@ -22,6 +23,7 @@ use clap::Parser;
 
 use args::{Arguments, Command};
 use failure::Failure;
+use host::Host;
 
 /// Runs the program with the given argument list (the program's name first), says what went wrong on stderr and returns
 /// the exit code: 0 done, 1 failed, 2 wrong usage or parameters, 130 interrupted.
@@ -36,18 +38,18 @@ where
     match Arguments::try_parse_from(argv) {
         Err(error) if failure::is_answer(&error) => failure::print_answer(&error),
         Err(error) => Failure::from(error).report(),
-        Ok(arguments) => match execute(arguments) {
+        Ok(arguments) => match execute(arguments, Host::default()) {
             Ok(()) => 0,
             Err(failure) => failure.report(),
         },
     }
 }
 
-/// As [`main_with`], but failures come back to the caller instead of going to stderr.
+/// As [`main_with`], but failures come back to the caller instead of going to stderr. `host` is for the command `run`.
 ///
 /// # Errors
 /// Whatever ends the command early.
-pub fn run_with<I, T>(argv: I) -> Outcome
+pub fn run_with<I, T>(argv: I, host: Host) -> Outcome
 where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
@@ -58,13 +60,13 @@ where
             Ok(())
         }
         Err(error) => Err(error.into()),
-        Ok(arguments) => execute(arguments),
+        Ok(arguments) => execute(arguments, host),
     }
 }
 
-fn execute(arguments: Arguments) -> Outcome {
+fn execute(arguments: Arguments, host: Host) -> Outcome {
     match arguments.command {
-        Command::Run(args) => commands::run::main(args),
+        Command::Run(args) => commands::run::main(args, host),
         Command::Tune(args) => commands::tune::main(&args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),

@@ -23,7 +23,7 @@ use crate::args::{
     FalseAlarmsArg, Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch,
 };
 use crate::failure::{Failure, reason, without_snippet};
-use crate::source::{Input, InputFlags, Place, Selection, Span};
+use crate::source::{Frames, Input, InputFlags, Place, Selection, Span};
 
 /// Frames a second that something can have: one a day to a million.
 const MIN_FPS: f64 = 1e-5;
@@ -92,11 +92,11 @@ pub enum Destination {
 }
 
 impl RunSettings {
-    /// Checks the flags, reads the parameter file, lists the pictures.
+    /// Checks the flags, reads the parameter file, lists the pictures, unless the program around this one gives some.
     ///
     /// # Errors
     /// Anything that makes the run impossible and shows before its first picture.
-    pub fn resolve(args: RunArgs) -> Outcome<Self> {
+    pub fn resolve(args: RunArgs, given: Option<Box<dyn Frames>>) -> Outcome<Self> {
         let mut model = args.model.clone();
         if let Some(Speed::PerSecond(_) | Speed::Auto) = model.speed {
             // What is wrong with the others is said before the source is looked at.
@@ -119,7 +119,10 @@ impl RunSettings {
         let span = Span::new(args.frames.start, args.frames.stop, args.frames.step)?;
         let live = args.live.map(|live| live == Switch::Yes);
         let flags = InputFlags { raw: args.frames.raw, fps: args.frames.fps, live, bit_depth: args.frames.bit_depth };
-        let source = Input::of(&args.input, flags)?;
+        let source = match given {
+            Some(frames) => Input::given(frames, flags)?,
+            None => Input::of(&args.input, flags)?,
+        };
         let selection = source.select(span)?;
         if let Some(Speed::PerSecond(speed)) = args.model.speed {
             model.speed = Some(Speed::PerFrame(speed * seconds_between(&source, span)?));

@@ -1,7 +1,8 @@
 //! NumPy arrays as frames: borrowed as they lie in memory, with any strides, never copied, converted or rescaled.
 
+use apgstmd_cli::source::{Picture, Pixels};
 use apgstmd_core::{Frame, Samples};
-use ndarray::{ArrayView3, ArrayViewD, Axis, Ix3};
+use ndarray::{Array3, ArrayView3, ArrayViewD, Axis, Ix3};
 use numpy::{Element, PyArrayDescrMethods, PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -74,6 +75,20 @@ impl<'py> Borrowed<'py> {
             Self::F32(array) => Frame::new(Samples::F32(with_channels(array.as_array()))),
             Self::F64(array) => Frame::new(Samples::F64(with_channels(array.as_array()))),
         }
+    }
+
+    /// A copy that outlives the array, for what is read ahead.
+    pub fn picture(&self) -> Picture {
+        fn owned<T: Clone>(view: ArrayViewD<'_, T>) -> Array3<T> {
+            with_channels(view).as_standard_layout().into_owned()
+        }
+        let (pixels, bits) = match self {
+            Self::U8(array, bits) => (Pixels::U8(owned(array.as_array())), Some(*bits)),
+            Self::U16(array, bits) => (Pixels::U16(owned(array.as_array())), Some(*bits)),
+            Self::F32(array) => (Pixels::F32(owned(array.as_array())), None),
+            Self::F64(array) => (Pixels::F64(owned(array.as_array())), None),
+        };
+        Picture { pixels, bits }
     }
 }
 

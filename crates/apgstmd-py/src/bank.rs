@@ -3,26 +3,28 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{BankParams, Detection, Machine, Params, Region, Response, Size};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
+use apgstmd_core::{BankParams, Detection, Machine, Params, Region, Size};
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::Borrowed;
 use crate::detector::{Ego, ego};
 use crate::errors::Error;
+use crate::maps::{Kept, Map, Maps};
 use crate::state;
 
-type Column<'py, T> = Bound<'py, PyArray1<T>>;
-type Map<'py> = Bound<'py, PyArray2<f32>>;
+pub(crate) type Column<'py, T> = Bound<'py, PyArray1<T>>;
 /// x, y, score, direction, speed, size, contrast; then trace.
-type Columns<'py> = (Vec<Column<'py, f32>>, Column<'py, i64>);
+pub(crate) type Columns<'py> = (Vec<Column<'py, f32>>, Column<'py, i64>);
 /// Response, direction, detections, background shift, its rotation and zoom, whether the scene was cut.
 type Output<'py> = (Map<'py>, Map<'py>, Columns<'py>, (f32, f32), Ego, bool);
 
 #[pyclass(module = "apgstmd._core", frozen)]
 pub struct Bank {
     bank: Mutex<apgstmd_core::Bank>,
+    kept: Kept,
+    size: Size,
     #[pyo3(get)]
     bit_depth: Option<u32>,
     /// Threads do not survive a fork: a copy in a child process would wait for them for ever.
@@ -73,6 +75,8 @@ impl Bank {
         let size = bank.base.target_size();
         Ok(Self {
             bit_depth,
+            kept: Kept::default(),
+            size: made.size(),
             file: bank.to_toml(),
             process: std::process::id(),
             params: params.to_owned(),
@@ -83,13 +87,26 @@ impl Bank {
         })
     }
 
-    fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
+    #[pyo3(signature = (frame, out=None))]
+    fn process<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Output<'py>> {
         let borrowed = Borrowed::new(frame, self.bit_depth)?;
-        let frame = borrowed.frame();
-        let Response { map, direction, detections, background_shift, ego_motion, cut } =
-            self.run(py, |bank| bank.process(frame))?.map_err(Error::from)?;
-        let (map, direction) = (map.into_pyarray(py), direction.into_pyarray(py));
-        Ok((map, direction, columns(py, &detections), background_shift, ego(ego_motion), cut))
+        let maps = Maps::new(out, self.size)?;
+        let (frame, room) = (borrowed.frame(), maps.room(&self.kept));
+        let (done, mut response) = self.run(py, move |bank| {
+            let mut response = room.unwrap_or_else(|| bank.make_response());
+            (bank.process_into(frame, &mut response), response)
+        })?;
+        done.map_err(Error::from)?;
+        let (detections, cut) = (columns(py, &response.detections), response.cut);
+        let (shift, motion) = (response.background_shift, ego(response.ego_motion));
+        response.detections.clear();
+        let (map, direction) = maps.fill(py, response, &self.kept);
+        Ok((map, direction, detections, shift, motion, cut))
     }
 
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -136,7 +153,7 @@ impl Bank {
     }
 }
 
-fn columns<'py>(py: Python<'py>, detections: &[Detection]) -> Columns<'py> {
+pub(crate) fn columns<'py>(py: Python<'py>, detections: &[Detection]) -> Columns<'py> {
     let values: [fn(&Detection) -> f32; 7] = [
         |found| found.x,
         |found| found.y,

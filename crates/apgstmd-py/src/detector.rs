@@ -3,18 +3,18 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
-use apgstmd_core::{Detection, EgoMotion, Model, Params, Region, Response, Size, Stage};
+use apgstmd_core::{Detection, EgoMotion, Model, Params, Region, Size, Stage};
 use ndarray::Axis;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::Borrowed;
 use crate::errors::Error;
+use crate::maps::{Kept, Map, Maps};
 use crate::state;
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
-type Map<'py> = Bound<'py, PyArray2<f32>>;
 /// rotation, zoom, residual, unexplained.
 pub(crate) type Ego = (f32, f32, f32, bool);
 /// Response, direction, detections, background shift, its rotation and zoom, whether the scene was cut.
@@ -25,6 +25,8 @@ type Columns<'py> = (Column<'py, f32>, Column<'py, f32>, Column<'py, f32>, Colum
 #[pyclass(module = "apgstmd._core", frozen)]
 pub struct Detector {
     detector: Mutex<apgstmd_core::Detector>,
+    kept: Kept,
+    size: Size,
     #[pyo3(get)]
     bit_depth: Option<u32>,
     /// Threads do not survive a fork: a copy in a child process would wait for them for ever.
@@ -62,6 +64,8 @@ impl Detector {
         .map_err(Error::from)?;
         Ok(Self {
             bit_depth,
+            kept: Kept::default(),
+            size,
             process: std::process::id(),
             params: params.to_owned(),
             threads: detector.threads(),
@@ -72,13 +76,26 @@ impl Detector {
         })
     }
 
-    fn process<'py>(&self, py: Python<'py>, frame: &Bound<'py, PyAny>) -> PyResult<Output<'py>> {
+    #[pyo3(signature = (frame, out=None))]
+    fn process<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Output<'py>> {
         let borrowed = Borrowed::new(frame, self.bit_depth)?;
-        let frame = borrowed.frame();
-        let Response { map, direction, detections, background_shift, ego_motion, cut } =
-            self.run(py, |detector| detector.process(frame))?.map_err(Error::from)?;
-        let (map, direction) = (map.into_pyarray(py), direction.into_pyarray(py));
-        Ok((map, direction, columns(py, &detections), background_shift, ego(ego_motion), cut))
+        let maps = Maps::new(out, self.size)?;
+        let (frame, room) = (borrowed.frame(), maps.room(&self.kept));
+        let (done, mut response) = self.run(py, move |detector| {
+            let mut response = room.unwrap_or_else(|| detector.make_response());
+            (detector.process_into(frame, &mut response), response)
+        })?;
+        done.map_err(Error::from)?;
+        let (detections, cut) = (columns(py, &response.detections), response.cut);
+        let (shift, motion) = (response.background_shift, ego(response.ego_motion));
+        response.detections.clear();
+        let (map, direction) = maps.fill(py, response, &self.kept);
+        Ok((map, direction, detections, shift, motion, cut))
     }
 
     #[getter]

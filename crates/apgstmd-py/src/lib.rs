@@ -6,9 +6,11 @@ mod bank;
 mod detector;
 mod errors;
 mod evaluation;
+mod maps;
 mod params;
 mod program;
 mod scene;
+mod seen;
 mod state;
 
 use pyo3::prelude::*;
@@ -24,8 +26,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<bank::Bank>()?;
     module.add_class::<detector::Detector>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<seen::Running>()?;
     module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
+    module.add_function(wrap_pyfunction!(params::kernels, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(program::run, module)?)?;
     module.add_function(wrap_pyfunction!(program::run_cli, module)?)?;

@@ -1,6 +1,10 @@
 //! Parameters by name: Python values in, the full parameter file out.
 
-use apgstmd_core::{BankParams, Model, Params, Preset};
+use std::f64::consts::FRAC_PI_4;
+
+use apgstmd_core::kernels::{attention, lateral, prediction, temporal};
+use apgstmd_core::{BankParams, DIRECTIONS, Model, Params, Preset};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use toml::{Table, Value};
@@ -97,4 +101,25 @@ pub(crate) fn to_toml(value: &Bound<'_, PyAny>) -> Option<Value> {
         return None;
     }
     value.try_iter().ok()?.map(|item| to_toml(&item.ok()?)).collect::<Option<Vec<_>>>().map(Value::Array)
+}
+
+/// What `kernels` hands out: (scale, orientation, map), (direction, map), the map of lateral inhibition, (name, taps).
+type Kernels<'py> = (
+    Vec<(f64, f64, Bound<'py, PyArray2<f64>>)>,
+    Vec<(f64, Bound<'py, PyArray2<f64>>)>,
+    Bound<'py, PyArray2<f64>>,
+    Vec<(&'static str, Bound<'py, PyArray1<f64>>)>,
+);
+
+/// The kernels that a full parameter file stands for.
+#[pyfunction]
+pub fn kernels<'py>(py: Python<'py>, params: &str) -> PyResult<Kernels<'py>> {
+    let params = Params::from_toml(params).map_err(Error::from)?;
+    let turns = |count: usize| (0..count).map(|k| k as f64 * FRAC_PI_4);
+    let spots = params.attention.scales.iter().flat_map(|&scale| {
+        turns(DIRECTIONS / 2).map(move |angle| (scale, angle, attention(scale, angle).into_pyarray(py)))
+    });
+    let rings = turns(DIRECTIONS).map(|angle| (angle, prediction(&params, angle).into_pyarray(py)));
+    let curves = temporal(&params).map(|(name, taps)| (name, taps.into_pyarray(py)));
+    Ok((spots.collect(), rings.collect(), lateral(&params).into_pyarray(py), curves.into()))
 }

@@ -12,6 +12,7 @@ use crate::Outcome;
 use crate::args::{Format, RunArgs};
 use crate::failure::Failure;
 use crate::footage::Warning;
+use crate::host::Host;
 use crate::interrupt;
 use crate::settings::{Destination, PictureSettings, RunSettings, TrackSettings, readers, seconds_between};
 use crate::sink::Sink;
@@ -26,10 +27,16 @@ use crate::sink::tracks::{Coco, Mot, TracksCsv};
 use crate::sink::video::{Codec, Video, VideoOptions};
 use crate::source::{Place, Selection};
 
-pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
+pub(crate) fn main(args: Box<RunArgs>, host: Host) -> Outcome {
     // Looking at a stream may take long.
     interrupt::listen();
-    let settings = RunSettings::resolve(*args)?;
+    let mut settings = RunSettings::resolve(*args, host.frames)?;
+    let tracks = settings.tracks.any() || settings.pictures.any();
+    if host.without_tables {
+        settings.formats.clear();
+        settings.tracks.csv = None;
+    }
+    let settings = settings;
     let results = check_results(&settings)?;
     let checkpoints = checkpoints(&settings);
     let from = match (&checkpoints, settings.resume) {
@@ -62,7 +69,7 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
         look_in: settings.look_in.as_ref(),
         on_error: settings.on_error,
         dump: settings.dump.as_ref(),
-        tracks: settings.tracks.any() || settings.pictures.any(),
+        tracks,
         response: settings.pictures.response,
         quiet: settings.quiet,
         live: source.is_live(),
@@ -72,7 +79,8 @@ pub(crate) fn main(args: Box<RunArgs>) -> Outcome {
     let mut gathered = settings.pictures.report.as_deref().map(Gathered::new).transpose()?;
     let codec = settings.pictures.video.as_ref().map(|_| Codec::choose()).transpose()?;
     let gather = gathered.as_mut();
-    let mut report = drive(sources, &options, from, || open_sinks(&settings, &results, lengths, gather, codec));
+    let mut report =
+        drive(sources, &options, from, || open_sinks(&settings, &results, lengths, gather, codec, host.sink));
     if report.empty && source.count() > 0 {
         report.failure = Some(settings.span.nothing_left(source.count()));
     }
@@ -174,6 +182,7 @@ fn open_sinks<'a>(
     lengths: Option<Lengths>,
     gathered: Option<&'a mut Gathered>,
     codec: Option<Codec>,
+    host: Option<Box<dyn Sink + Send>>,
 ) -> Outcome<Vec<Box<dyn Sink + 'a>>> {
     if let (Some(results), None) = (results, &lengths) {
         results.prepare()?;
@@ -218,6 +227,9 @@ fn open_sinks<'a>(
     }
     if let Some(gathered) = gathered {
         sinks.push(Box::new(Gather(gathered)));
+    }
+    if let Some(sink) = host {
+        sinks.push(sink);
     }
     // Last: should it fail, the others have the frame.
     if let (Some(path), Some(codec)) = (&settings.pictures.video, codec) {

@@ -44,7 +44,7 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
         return Err(Failure::failed(format_args!("{} is there already", args.out.display()))
             .hint("choose another file with --out, or replace it with --force"));
     }
-    let mut settings = RunSettings::resolve(args.as_run())?;
+    let mut settings = RunSettings::resolve(args.as_run(), None)?;
     // The score that is looked for is that of everything.
     settings.params.detection.least_score = 0.0;
     if let Some(bank) = &mut settings.bank {

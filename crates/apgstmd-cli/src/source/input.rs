@@ -1,15 +1,15 @@
 //! INPUT of `apgstmd run`: pictures, a scene, a video, a camera, an address, or standard input.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use apgstmd_core::stimulus::Scene;
 
 use super::ffmpeg::{Location, Video};
 use super::listing::KINDS;
 use super::stdin::StdinFrames;
-use super::stream::{About, Stream};
+use super::stream::{About, Frames, Stream};
 use super::{
     FrameSource, Listing, PictureFiles, RawFormat, SceneFile, SceneFrames, Selection, Span, is_picture, is_scene,
 };
@@ -43,6 +43,8 @@ enum Kind {
     Scene(Box<SceneFile>),
     Video(Box<Video>),
     Stdin,
+    /// Handed over by the program around this one, until they are taken.
+    Given(Mutex<Option<Box<dyn Frames>>>),
 }
 
 impl Input {
@@ -66,6 +68,16 @@ impl Input {
         let input = Self { path: path.to_owned(), kind, flags, came: Arc::default() };
         input.check()?;
         Ok(input)
+    }
+
+    /// The frames of a program around this one.
+    ///
+    /// # Errors
+    /// Flags that are not for them.
+    pub fn given(frames: Box<dyn Frames>, flags: InputFlags) -> Outcome<Self> {
+        let kind = Kind::Given(Mutex::new(Some(frames)));
+        let input = Self { path: PathBuf::new(), kind, flags, came: Arc::default() };
+        input.check().map(|()| input)
     }
 
     fn check(&self) -> Outcome {
@@ -100,7 +112,7 @@ impl Input {
         match &self.kind {
             Kind::Pictures(listing) => listing.files.len(),
             Kind::Scene(file) => file.scene().frames,
-            Kind::Video(_) | Kind::Stdin => self.came.load(Ordering::Relaxed),
+            Kind::Video(_) | Kind::Stdin | Kind::Given(_) => self.came.load(Ordering::Relaxed),
         }
     }
 
@@ -112,7 +124,7 @@ impl Input {
         match &self.kind {
             Kind::Pictures(_) | Kind::Scene(_) => span.of(self.count(), self.rate()).map(Some),
             Kind::Stdin if self.flags.raw.is_some() => span.check_rate(self.flags.fps).map(|()| None),
-            Kind::Video(_) | Kind::Stdin => Ok(None),
+            Kind::Video(_) | Kind::Stdin | Kind::Given(_) => Ok(None),
         }
     }
 
@@ -128,7 +140,7 @@ impl Input {
         self.flags.fps.or(match &self.kind {
             Kind::Scene(file) => Some(file.scene().rate),
             Kind::Video(video) => video.probed.rate,
-            Kind::Pictures(_) | Kind::Stdin => None,
+            Kind::Pictures(_) | Kind::Stdin | Kind::Given(_) => None,
         })
     }
 
@@ -163,6 +175,7 @@ impl Input {
         match &self.kind {
             Kind::Video(video) => video.location.shown(),
             Kind::Stdin => "standard input".to_owned(),
+            Kind::Given(_) => "the frames given".to_owned(),
             Kind::Pictures(_) | Kind::Scene(_) => self.path.display().to_string(),
         }
     }
@@ -178,6 +191,7 @@ impl Input {
             Kind::Scene(file) => file.stem(),
             Kind::Video(video) => video.location.name(),
             Kind::Stdin => "stdin".to_owned(),
+            Kind::Given(_) => "frame".to_owned(),
         }
     }
 
@@ -212,6 +226,13 @@ impl Input {
             Kind::Stdin => {
                 let frames = StdinFrames::open(self.flags.raw, self.flags.bit_depth)?;
                 vec![Box::new(Stream::new(frames, self.about(None), (span, done)))]
+            }
+            Kind::Given(frames) => {
+                let frames = frames.lock().unwrap_or_else(PoisonError::into_inner).take();
+                frames
+                    .map(|frames| Box::new(Stream::new(frames, self.about(None), (span, done))) as Box<dyn FrameSource>)
+                    .into_iter()
+                    .collect()
             }
         })
     }

@@ -36,6 +36,7 @@ pub use scene::SceneFrames;
 pub(crate) use scene::frame_name;
 pub use scene_file::{Overrides, SceneFile, is_scene};
 pub use span::{Place, Selection, Span};
+pub use stream::{Frames, Timed};
 
 /// A stream of numbered frames. A thread of its own reads it.
 pub trait FrameSource: Send {

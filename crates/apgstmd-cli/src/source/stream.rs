@@ -14,14 +14,27 @@ use crate::failure::reason;
 pub(super) type Parsed = Result<Option<Picture>, String>;
 
 /// A picture with the time its stream tells.
-pub(super) type Timed = (Picture, Option<f64>);
+pub type Timed = (Picture, Option<f64>);
 
 /// Where the pictures of a stream come from.
-pub(super) trait Frames: Send {
+pub trait Frames: Send {
     /// The next one; none at the end. After an error there are no more.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
     fn next(&mut self) -> Result<Option<Timed>, String>;
     /// Ends a wait for the next one.
     fn switch(&self) -> Switch;
+}
+
+impl Frames for Box<dyn Frames> {
+    fn next(&mut self) -> Result<Option<Timed>, String> {
+        (**self).next()
+    }
+
+    fn switch(&self) -> Switch {
+        (**self).switch()
+    }
 }
 
 /// What is known of a stream without reading it.

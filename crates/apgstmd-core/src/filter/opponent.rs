@@ -20,6 +20,18 @@ pub(crate) struct Opponent {
 }
 
 impl Opponent {
+    /// g at a distance of (dy, dx), zero outside of the radius.
+    pub fn at(&self, dy: usize, dx: usize) -> f64 {
+        if dy.max(dx) > self.radius {
+            return 0.0;
+        }
+        let gaussian = |sigma: f64| {
+            let half = gaussian_half(sigma, self.radius);
+            half[dy] * half[dx] / (TAU * sigma.powi(2))
+        };
+        gaussian(self.center_sigma) - self.surround_weight * gaussian(self.surround_sigma) - self.offset
+    }
+
     /// smooth g + core [g]+.
     pub fn parts(&self, smooth: f64, core: f64) -> Lateral {
         let radius = self.radius;

@@ -241,16 +241,20 @@ impl Stmd {
     }
 }
 
-/// W_s as two separable Gaussians and a core.
-pub(crate) fn lateral(params: &LobulaParams) -> Lateral {
-    let g = Opponent {
+/// g of lateral inhibition.
+pub(crate) fn opponent(params: &LobulaParams) -> Opponent {
+    Opponent {
         center_sigma: params.center_sigma,
         surround_sigma: params.surround_sigma,
         surround_weight: params.surround_weight,
         offset: params.offset,
         radius: params.radius as usize,
-    };
-    g.parts(params.inhibition, params.excitation - params.inhibition)
+    }
+}
+
+/// W_s as two separable Gaussians and a core.
+pub(crate) fn lateral(params: &LobulaParams) -> Lateral {
+    opponent(params).parts(params.inhibition, params.excitation - params.inhibition)
 }
 
 /// What D depends on. Products below `floor` are zero.

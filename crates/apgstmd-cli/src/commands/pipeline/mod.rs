@@ -162,7 +162,14 @@ pub(super) fn drive<'s>(
         report.empty = report.skipped.is_empty();
         outcome = Err(nothing_usable(&report.skipped));
     }
-    report.failure = outcome.err();
+    report.failure = match outcome {
+        // Whoever looked at the results has seen enough.
+        Err(Failure::Interrupted) => {
+            report.interrupted = true;
+            None
+        }
+        outcome => outcome.err(),
+    };
     report
 }
 
