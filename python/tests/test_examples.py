@@ -84,8 +84,8 @@ def test_ros2_pictures_and_boxes() -> None:
     apgstmd.Detector((20, 16), bit_depth=12).process(node.to_array(message(grey.astype(">u2"), "mono16")))
     with pytest.raises(ValueError, match="'yuv422'.*one of mono8"):
         node.to_array(message(three, "yuv422"))
-    columns = {name: np.float32([2]) for name in ("x", "y", "score", "direction")}
-    found = apgstmd.Detections(**columns, trace=np.array([7]))
+    two = np.array([2], np.float32)
+    found = apgstmd.Detections(x=two, y=two, score=two, direction=two, trace=np.array([7]))
     assert node.boxes(found, 5) == [("7", 2.0, 2.0, 2.0, 5.0)]
 
 

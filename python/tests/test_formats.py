@@ -34,8 +34,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("formats")
     scene = apgstmd.synth("demo", frames=40)
     scene.save(folder / "scene")
-    files = {"mot": folder / "t.txt", "coco": folder / "t.json", "report": folder / "t.html"}
-    apgstmd.run(scene, out=folder / "one", speed=1.0, formats=["jsonl"], **files)
+    mot, coco, report = folder / "t.txt", folder / "t.json", folder / "t.html"
+    apgstmd.run(scene, out=folder / "one", speed=1.0, formats=["jsonl"], mot=mot, coco=coco, report=report)
     apgstmd.run(scene, out=folder / "bank", speeds=[1, 2])
     return folder
 
