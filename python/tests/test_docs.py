@@ -56,7 +56,7 @@ def test_every_public_name_is_on_the_page_of_python() -> None:
 
 def test_functions_beside_equations_are_there() -> None:
     table = (DOCS / "model.md").read_text(encoding="utf-8")
-    rows = re.findall(r"\| `(?:\w+::)?(\w+)` \| `([a-z_/]+\.rs)` \| `(\w+)` \|", table)
+    rows = re.findall(r"\| `(?:\w+::)?(\w+)` in `([a-z_/]+\.rs)` \| `(\w+)` \|", table)
     assert len(rows) >= 20
     naive = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "tests/src/naive").glob("*.rs"))
     for function, file, plain in rows:
