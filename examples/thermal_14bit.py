@@ -79,9 +79,10 @@ def main(argv=None):
         for target in bank.process(frame).detections:
             for name, value in zip(rows, (number, target.x, target.y, target.score, target.direction), strict=True):
                 rows[name].append(value)
-    best = int(np.argmax(rows["score"]))
     print(f"{len(stack)} frames, counts {stack.min()} to {stack.max()}, {len(rows['frame'])} detections")
-    print("strongest: " + ", ".join(f"{name} {rows[name][best]:.3g}" for name in rows))
+    if rows["score"]:
+        best = int(np.argmax(rows["score"]))
+        print("strongest: " + ", ".join(f"{name} {rows[name][best]:.3g}" for name in rows))
     if truth is not None:
         print(apgstmd.evaluate(rows, truth, frames=len(stack), start=30))
     return rows

@@ -103,8 +103,10 @@ def test_thermal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
     bank = apgstmd.Bank(scene.shape, speeds=[1], bit_depth=14)
     assert sum(len(bank.process(frame).detections) for frame in tifffile.imread("thermal.tif")) == 0
+    tifffile.imwrite("still.tif", np.full((40, 32, 32), 7000, np.uint16), photometric="minisblack")
+    assert thermal.main(["--stack", "still.tif", "--speeds", "1"])["frame"] == []
+    tifffile.imwrite("flat.tif", np.zeros((4, 4), np.uint8))
     with pytest.raises(SystemExit):
-        tifffile.imwrite("flat.tif", np.zeros((4, 4), np.uint8))
         thermal.main(["--stack", "flat.tif"])
 
 
