@@ -69,6 +69,7 @@ fn one_target_is_one_track_in_every_form() {
     }
 
     let data = json(&coco);
+    assert_eq!(data["info"]["schema_version"], 1);
     let images = data["images"].as_array().unwrap();
     assert_eq!(images.len(), 60);
     assert_eq!((&images[7]["file_name"], &images[7]["width"]), (&"f_7.png".into(), &WIDTH.into()));

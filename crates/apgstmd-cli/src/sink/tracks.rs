@@ -177,8 +177,12 @@ struct Category {
     supercategory: &'static str,
 }
 
+/// Raised when a field changes its meaning or goes away.
+const SCHEMA_VERSION: u32 = 1;
+
 #[derive(Serialize)]
 struct Info {
+    schema_version: u32,
     description: &'static str,
     version: &'static str,
 }
@@ -235,7 +239,11 @@ impl Sink for Coco {
     fn finish(&mut self) -> Outcome {
         let annotations = self.annotations();
         let dataset = Dataset {
-            info: Info { description: "tracks found by apgstmd", version: env!("CARGO_PKG_VERSION") },
+            info: Info {
+                schema_version: SCHEMA_VERSION,
+                description: "tracks found by apgstmd",
+                version: env!("CARGO_PKG_VERSION"),
+            },
             licenses: [],
             images: &self.images,
             annotations,

@@ -15,6 +15,9 @@ const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
+/// Raised when a field of the page's data changes its meaning or goes away.
+const SCHEMA_VERSION: u32 = 1;
+
 /// What is said of a run besides what was gathered.
 #[derive(Debug, Serialize)]
 pub struct About {
@@ -72,6 +75,7 @@ pub struct Share {
 
 #[derive(Serialize)]
 struct Data<'a> {
+    schema_version: u32,
     width: usize,
     height: usize,
     rate: Option<f64>,
@@ -92,6 +96,7 @@ pub(super) fn page(gathered: &Gathered, about: &About) -> String {
         gathered.contrasts.record("equivalent contrast", about.contrast_marks.clone()),
     ];
     let data = Data {
+        schema_version: SCHEMA_VERSION,
         width,
         height,
         rate: about.rate,
