@@ -5,6 +5,7 @@
     out.detections                                            # x, y, score, direction, trace as NumPy columns
     bank = apgstmd.Bank((height, width))                      # for targets of unknown speed and size
     apgstmd.run("frames/")                                    # a whole folder, like the command line; .tracks has tracks
+    apgstmd.batch("clips/*.mp4", "all")                       # many videos, a process each, here or by a Dask client
     apgstmd.tune("empty.mp4", "quiet.toml")                   # a threshold by a clip without targets
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
@@ -25,6 +26,7 @@ from .bank import Bank
 from .detector import Detector
 from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
 from .folder import Run, run, tune
+from .many import Clip, batch
 from .options import Parameter, parameters, params
 from .reproduction import Check, Reproduction, reproduce
 from .results import (
@@ -51,6 +53,7 @@ __all__ = [
     "BankDetection",
     "BankDetections",
     "Check",
+    "Clip",
     "Curve",
     "Detection",
     "Detections",
@@ -72,6 +75,7 @@ __all__ = [
     "Truth",
     "TruthRow",
     "__version__",
+    "batch",
     "evaluate",
     "parameters",
     "params",

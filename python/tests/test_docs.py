@@ -31,5 +31,5 @@ def test_code_on_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_every_page_is_in_the_contents() -> None:
     index = (DOCS / "index.md").read_text(encoding="utf-8")
-    listed = set(re.findall(r"^([a-z_]+)$", index, re.MULTILINE))
+    listed = set(re.findall(r"^([a-z_-]+)$", index, re.MULTILINE))
     assert listed == {page.stem for page in DOCS.glob("*.md")} - {"index"}

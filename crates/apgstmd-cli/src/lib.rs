@@ -4,10 +4,12 @@
 //! [`sink::Sink`]s; the core knows neither.
 
 pub mod args;
+pub mod batch;
 pub mod commands;
 pub mod failure;
 pub mod footage;
 pub mod interrupt;
+pub mod itself;
 pub mod judge;
 pub mod plot;
 pub mod report;
@@ -65,6 +67,7 @@ where
 fn execute(arguments: Arguments) -> Outcome {
     match arguments.command {
         Command::Run(args) => commands::run::main(args),
+        Command::Batch(args) => commands::batch::main(&args),
         Command::Tune(args) => commands::tune::main(&args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),

@@ -37,8 +37,18 @@ pub fn run(py: Python<'_>, argv: Vec<OsString>) -> PyResult<()> {
     })
 }
 
+/// The program that a batch starts for each video is this Python with this package. `-P` keeps it from looking for packages
+/// in the current folder, which may hold anything.
+pub fn say_who_we_are(py: Python<'_>) -> PyResult<()> {
+    let executable: Option<OsString> = py.import("sys")?.getattr("executable")?.extract()?;
+    let words =
+        executable.filter(|path| !path.is_empty()).map(|path| [path, "-P".into(), "-m".into(), "apgstmd".into()]);
+    apgstmd_cli::itself::is(words.map_or_else(Vec::new, Vec::from));
+    Ok(())
+}
+
 /// Python notices signals only between its own steps: `work` has its own thread, this one looks for them meanwhile.
-fn attended<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+pub fn attended<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
     interrupt::leave_signals_to_the_caller();
     let (done, mut result) = channel();
     Builder::new()
