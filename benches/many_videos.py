@@ -21,9 +21,9 @@ import distributed
 
 import apgstmd
 
-CLIPS, FRAMES = 8, 300
+CLIPS, FRAMES = 4, 150
 # Frames of two clips of one scene: the difference tells what a frame costs, what is left the start and the end.
-SHORT, LONG = 30, 300
+SHORT, LONG = 30, 150
 
 
 def video(place: Path, name: str, frames: int, size: tuple[int, int]) -> Path:
@@ -81,10 +81,10 @@ def main() -> None:
             spent = {}
             for frames in (SHORT, LONG):
                 name = f"cost{size[0]}-{len(options)}-{frames}"
-                # The quickest of three: what others do on this machine only adds.
+                # The quickest of two: what others do on this machine only adds.
                 clip = video(place, name, frames, size)
                 records = []
-                for again in range(3):
+                for again in range(2):
                     out = place / f"{name}-{again}"
                     records.append(apgstmd.batch(clip, out, jobs=1, threads=1, **options)[0].record)
                 spent[frames] = min(record["processor_seconds"] for record in records)

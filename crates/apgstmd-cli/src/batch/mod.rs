@@ -86,13 +86,13 @@ impl Batch {
                 args.out.display()
             )));
         }
+        let (_, threads) = share(args.jobs, args.threads, inputs.len())?;
+        let flag_files = flag_files(args)?;
         if !args.resume {
             refuse_used(&args.out)?;
         }
         let lock = prepare(&args.out)?;
         let records = gather(&out);
-        let (_, threads) = share(args.jobs, args.threads, inputs.len())?;
-        let flag_files = flag_files(args)?;
         let names = names(&inputs, &records);
         let jobs = inputs.into_iter().zip(names).map(|(input, name)| Job {
             name,
