@@ -8,6 +8,7 @@
     apgstmd.run(array, speed=1.0)                             # (frames, rows, columns), any iterable, PyAV, OpenCV
     for seen in apgstmd.watch("rtsp://camera"): ...           # the same frame by frame, as it comes
     apgstmd.Params.preset("practical").replace(attention_alpha=2)  # all parameters as one value, for params=
+    apgstmd.batch("clips/*.mp4", "all")                       # many videos, a process each, here or by a Dask client
     apgstmd.tune("empty.mp4", "quiet.toml")                   # a threshold by a clip without targets
     scene = apgstmd.synth("demo")                             # made-up frames with ground truth
     apgstmd.evaluate(apgstmd.run(scene, speed=1.0), scene)    # detections against truth: rates, curves, errors
@@ -45,6 +46,7 @@ if _TYPE_CHECKING:
     from . import plot, rerun
     from .evaluation import Curve, Evaluation, HotaCurve, OperatingPoint, TrackEvaluation, evaluate
     from .folder import Run, run, tune, watch
+    from .many import Clip, batch
     from .reproduction import Check, Reproduction, reproduce
     from .scene import Scene, Truth, TruthRow, synth
     from .settings import Params
@@ -56,6 +58,7 @@ __all__ = [
     "BankDetection",
     "BankDetections",
     "Check",
+    "Clip",
     "Curve",
     "Detection",
     "Detections",
@@ -79,6 +82,7 @@ __all__ = [
     "Truth",
     "TruthRow",
     "__version__",
+    "batch",
     "evaluate",
     "parameters",
     "params",
@@ -96,6 +100,7 @@ __all__ = [
 _LATER = {
     "evaluation": ("Curve", "Evaluation", "HotaCurve", "OperatingPoint", "TrackEvaluation", "evaluate"),
     "folder": ("Run", "run", "tune", "watch"),
+    "many": ("Clip", "batch"),
     "plot": (),
     "reproduction": ("Check", "Reproduction", "reproduce"),
     "rerun": (),

@@ -1,7 +1,7 @@
 """The compiled part: private, thin. Its users are the modules beside it; see `apgstmd.Detector` for the manual."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final, TypeAlias, final
+from typing import Any, Final, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ _Whole: TypeAlias = NDArray[np.int64]
 _Real: TypeAlias = NDArray[np.float64]
 _Flag: TypeAlias = NDArray[np.bool_]
 
-__all__ = ["MODELS", "STAGES", "Bank", "Detector", "Running", "Scene", "__version__", "evaluate", "fields", "kernels", "resolve", "run", "run_cli"]
+__all__ = ["MODELS", "STAGES", "Bank", "Batch", "Detector", "Running", "Scene", "__version__", "batch", "clip", "evaluate", "fields", "kernels", "resolve", "run", "run_cli"]
 
 __version__: Final[str]
 MODELS: Final[tuple[str, ...]]
@@ -258,6 +258,30 @@ def resolve(
     It starts from `file` (TOML), from `table` or from `model` and `preset`. What a file or a table leaves out is as the
     model that it names has it.
     """
+
+_Job: TypeAlias = tuple[str, str, str, list[str], dict[str, str], int]
+
+@final
+class Batch:
+    """A folder of results of `apgstmd batch`, and what is to be done in it. Nobody else can have it meanwhile."""
+
+    def __new__(cls, argv: Sequence[str]) -> Self:
+        """Checks the arguments, spells out the list, makes the folder."""
+    @property
+    def jobs(self) -> list[_Job]:
+        """For `clip`, in the order given: name, input, folder of the batch, flags, sums of the files they name, threads."""
+    def add(self, record: str) -> None:
+        """Takes note of what `clip` returned, in the manifest too."""
+    def lost(self, name: str, why: str) -> None:
+        """Takes note that nothing came back of a job."""
+    def finish(self, interrupted: bool) -> list[str]:
+        """Writes manifest and page, and returns the records of the jobs, in their order."""
+
+def clip(job: _Job) -> str:
+    """Does one video in a process of its own, unless its folder is whole already, and returns its record as JSON."""
+
+def batch(argv: Sequence[str]) -> list[str]:
+    """`apgstmd batch`, `argv` with the program's name first; returns the records of the jobs, in their order."""
 
 def run_cli(argv: Sequence[str]) -> int:
     """Runs the command line, `argv` with the program's name first, and returns its exit code.

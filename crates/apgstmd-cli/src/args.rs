@@ -1,5 +1,6 @@
 //! The command line as typed. What the flags mean together is decided in [`crate::settings`].
 
+mod batch;
 mod bench;
 mod run;
 mod tune;
@@ -11,8 +12,9 @@ use std::sync::LazyLock;
 use apgstmd_core::{FalseAlarms, SimdLevel};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use batch::{BatchArgs, Flag};
 pub use bench::BenchArgs;
-pub use run::{BankArgs, FrameArgs, RegionArgs, Roi, RunArgs};
+pub use run::{BankArgs, ChildArgs, FrameArgs, RegionArgs, Roi, RunArgs};
 pub use tune::TuneArgs;
 
 /// Finds tiny, low-contrast moving targets in video: the apg-STMD model of the insect visual system.
@@ -41,6 +43,7 @@ Examples:
   apgstmd run sky.mp4 --out found                  targets of unknown speed and size in a video
   apgstmd run frames/ --speed 1 --start 100        those that move about 1 pixel a frame
   apgstmd run 'cam0/*.tif' --bit-depth 14 --overlay
+  apgstmd batch 'clips/*.mp4' --out all            many videos, side by side; again with --resume for the rest
   apgstmd tune empty.mp4 --out quiet.toml          0.1 false alarms a frame, by a clip without targets
   apgstmd params --preset paper > paper.toml       every parameter with its meaning
   apgstmd synth --demo --out scene                 a scene as pictures with ground truth
@@ -53,6 +56,8 @@ Examples:
 pub enum Command {
     /// Detect targets in pictures, a video, a camera, a stream or a scene.
     Run(Box<RunArgs>),
+    /// Run over many videos, a process each: a manifest with checksums, a page over all, and going on where it ended.
+    Batch(Box<BatchArgs>),
     /// Find the score that so many false alarms a frame have in a clip without targets; write it into a parameter file.
     Tune(Box<TuneArgs>),
     /// Make a scene, detect its targets, compare with the truth.

@@ -1,5 +1,6 @@
 //! Ctrl-C (and a polite kill): the frame in work is finished, files are closed, then the program ends with 130.
 
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -26,6 +27,15 @@ pub(crate) fn listen() {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+    });
+}
+
+/// Ends this process with its standard input, which whoever started it holds open: a process that nobody waits for any
+/// more computes nothing, however its parent died.
+pub(crate) fn end_with_stdin() {
+    std::thread::spawn(|| {
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        std::process::exit(130);
     });
 }
 

@@ -4,11 +4,13 @@
 //! [`sink::Sink`]s; the core knows neither.
 
 pub mod args;
+pub mod batch;
 pub mod commands;
 pub mod failure;
 pub mod footage;
 pub mod host;
 pub mod interrupt;
+pub mod itself;
 pub mod judge;
 pub mod plot;
 pub mod report;
@@ -67,6 +69,7 @@ where
 fn execute(arguments: Arguments, host: Host) -> Outcome {
     match arguments.command {
         Command::Run(args) => commands::run::main(args, host),
+        Command::Batch(args) => commands::batch::main(&args),
         Command::Tune(args) => commands::tune::main(&args),
         Command::Demo(args) => commands::demo::main(args),
         Command::Params(args) => commands::params::main(&args),

@@ -76,6 +76,8 @@ pub struct RunSettings {
     pub checkpoint: Option<usize>,
     /// Go on with earlier results.
     pub resume: bool,
+    /// One small picture of the run.
+    pub poster: Option<PathBuf>,
     /// Replace earlier results.
     pub force: bool,
     /// Errors only.
@@ -104,19 +106,7 @@ impl RunSettings {
         }
         let mut params = resolve_params(&model)?;
         let threads = resolve_threads(args.threads)?;
-        if let Some(bits) = args.frames.bit_depth
-            && !(9..=16).contains(&bits)
-        {
-            return Err(Failure::usage(format_args!(
-                "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
-            )));
-        }
-        if let Some(fps) = args.frames.fps
-            && !(MIN_FPS..=MAX_FPS).contains(&fps)
-        {
-            return Err(Failure::usage(format_args!("--fps is {fps}, but it must be between {MIN_FPS} and {MAX_FPS}")));
-        }
-        let span = Span::new(args.frames.start, args.frames.stop, args.frames.step)?;
+        let span = check_frames(&args)?;
         let live = args.live.map(|live| live == Switch::Yes);
         let flags = InputFlags { raw: args.frames.raw, fps: args.frames.fps, live, bit_depth: args.frames.bit_depth };
         let source = match given {
@@ -175,10 +165,44 @@ impl RunSettings {
             dump,
             checkpoint: args.checkpoint,
             resume: args.resume,
+            poster: args.child.poster,
             force: args.force,
             quiet: args.quiet,
         })
     }
+}
+
+/// Which frames are used, and how they are read, as far as that can be checked without them.
+fn check_frames(args: &RunArgs) -> Outcome<Span> {
+    if let Some(bits) = args.frames.bit_depth
+        && !(9..=16).contains(&bits)
+    {
+        return Err(Failure::usage(format_args!(
+            "--bit-depth is {bits}, but it must be between 9 and 16: how many bits of 16-bit samples are used"
+        )));
+    }
+    if let Some(fps) = args.frames.fps
+        && !(MIN_FPS..=MAX_FPS).contains(&fps)
+    {
+        return Err(Failure::usage(format_args!("--fps is {fps}, but it must be between {MIN_FPS} and {MAX_FPS}")));
+    }
+    Span::new(args.frames.start, args.frames.stop, args.frames.step)
+}
+
+/// What is wrong with the flags of `apgstmd run` whatever INPUT is.
+///
+/// # Errors
+/// Values out of range, flags that exclude each other, an unreadable parameter file.
+pub fn check_flags(args: &RunArgs) -> Outcome {
+    let mut model = args.model.clone();
+    if let Some(Speed::PerSecond(_) | Speed::Auto) = model.speed {
+        model.speed = None;
+    }
+    let params = resolve_params(&model)?;
+    check_frames(args)?;
+    resolve_bank(args, &model)?;
+    let destination = Destination::Folder(args.out.clone().unwrap_or_default());
+    TrackSettings::resolve(args, &params, &destination).map(drop)
 }
 
 /// The members of a bank, where it is one: nothing tells the speed, or the flags of a bank do.

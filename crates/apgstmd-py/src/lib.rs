@@ -3,6 +3,7 @@
 
 mod arrays;
 mod bank;
+mod batch;
 mod detector;
 mod errors;
 mod evaluation;
@@ -24,14 +25,17 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let models = apgstmd_core::Model::ALL.iter().map(|model| model.name());
     module.add("MODELS", PyTuple::new(module.py(), models)?)?;
     module.add_class::<bank::Bank>()?;
+    module.add_class::<batch::Batch>()?;
     module.add_class::<detector::Detector>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<seen::Running>()?;
+    module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::clip, module)?)?;
     module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(params::fields, module)?)?;
     module.add_function(wrap_pyfunction!(params::kernels, module)?)?;
     module.add_function(wrap_pyfunction!(params::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(program::run, module)?)?;
     module.add_function(wrap_pyfunction!(program::run_cli, module)?)?;
-    Ok(())
+    program::say_who_we_are(module.py())
 }

@@ -48,6 +48,44 @@ pub fn run(
     Ok(())
 }
 
+/// The program that a batch starts for each video is this Python with this package. `-P` keeps it from looking for packages
+/// in the current folder, which may hold anything.
+pub fn say_who_we_are(py: Python<'_>) -> PyResult<()> {
+    let executable: Option<OsString> = py.import("sys")?.getattr("executable")?.extract()?;
+    let words =
+        executable.filter(|path| !path.is_empty()).map(|path| [path, "-P".into(), "-m".into(), "apgstmd".into()]);
+    apgstmd_cli::itself::is(words.map_or_else(Vec::new, Vec::from));
+    Ok(())
+}
+
+/// Python notices signals only between its own steps: `work` has its own thread, this one looks for them meanwhile.
+pub fn attended<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    interrupt::leave_signals_to_the_caller();
+    let (done, mut result) = channel();
+    Builder::new()
+        .name("apgstmd".into())
+        .stack_size(STACK)
+        .spawn(move || done.send(catch_unwind(AssertUnwindSafe(work))))
+        .map_err(|error| Error::State(format!("could not start a thread: {error}")))?;
+    let mut asked_to_stop = None;
+    loop {
+        let news;
+        (news, result) = py.detach(move || (result.recv_timeout(LOOK), result));
+        match news {
+            Ok(Ok(outcome)) => return asked_to_stop.map_or(Ok(outcome), Err),
+            Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => {
+                return Err(Error::State("apgstmd has a defect, please report it with the lines above".into()).into());
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                asked_to_stop = asked_to_stop.or(py.check_signals().err());
+                if asked_to_stop.is_some() {
+                    interrupt::ask();
+                }
+            }
+        }
+    }
+}
+
 /// What the thread of the program tells the caller's.
 pub enum Event {
     /// A frame is wanted.

@@ -108,6 +108,17 @@ pub struct RegionArgs {
     pub mask: Option<PathBuf>,
 }
 
+/// What `apgstmd batch` tells the process it starts for a video; nobody types these.
+#[derive(Debug, Default, Args)]
+pub struct ChildArgs {
+    /// Write one small picture, of the frame with the strongest detection.
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub poster: Option<PathBuf>,
+    /// End when standard input does: it is held open by whoever started this, and closed by the system should they die.
+    #[arg(long, hide = true)]
+    pub while_stdin_is_open: bool,
+}
+
 /// Flags of `apgstmd run`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -214,4 +225,7 @@ pub struct RunArgs {
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Running")]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub child: ChildArgs,
 }

@@ -80,6 +80,7 @@ impl TuneArgs {
             dump_frames: None,
             dump_dir: None,
             simd: None,
+            child: super::ChildArgs::default(),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::interrupt;
 use crate::settings::{readers, resolve_threads};
 use crate::sink::overlay::Overlay;
 use crate::sink::results::{self, Results};
-use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION};
+use crate::sink::run_json::{Input, RunRecord, SCHEMA_VERSION, processor_seconds};
 use crate::sink::table::{Csv, Target};
 use crate::sink::{Seen, Sink};
 use crate::source::{FrameSource, SceneFrames, Selection, Span};
@@ -160,6 +160,7 @@ fn write_record(
         stage_seconds_per_frame: report.stage_seconds(),
         warnings: &report.warnings,
         seconds: report.wall.as_secs_f64(),
+        processor_seconds: processor_seconds(),
         speed: Some(speed),
         threshold: None,
         region: None,

@@ -1,5 +1,6 @@
 //! One file a command, and what they share.
 
+pub mod batch;
 pub mod bench;
 pub mod demo;
 pub mod eval;

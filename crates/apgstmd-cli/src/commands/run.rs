@@ -19,9 +19,10 @@ use crate::sink::Sink;
 use crate::sink::camera::CameraCsv;
 use crate::sink::dump::Dump;
 use crate::sink::overlay::Overlay;
+use crate::sink::poster::Poster;
 use crate::sink::report::{Gather, Gathered};
 use crate::sink::results::{self, Results};
-use crate::sink::run_json::{BankRecord, Input, RegionRecord, RunRecord, SCHEMA_VERSION};
+use crate::sink::run_json::{BankRecord, Input, RegionRecord, RunRecord, SCHEMA_VERSION, processor_seconds};
 use crate::sink::table::{Csv, JsonLines, Target};
 use crate::sink::tracks::{Coco, Mot, TracksCsv};
 use crate::sink::video::{Codec, Video, VideoOptions};
@@ -30,6 +31,9 @@ use crate::source::{Place, Selection};
 pub(crate) fn main(args: Box<RunArgs>, host: Host) -> Outcome {
     // Looking at a stream may take long.
     interrupt::listen();
+    if args.child.while_stdin_is_open {
+        interrupt::end_with_stdin();
+    }
     let mut settings = RunSettings::resolve(*args, host.frames)?;
     let tracks = settings.tracks.any() || settings.pictures.any();
     if host.without_tables {
@@ -225,6 +229,9 @@ fn open_sinks<'a>(
         let frames = settings.selection.as_ref().map(Selection::frames);
         sinks.push(Box::new(Overlay::new(folder, settings.source.shown(), frames, true)?));
     }
+    if let Some(path) = &settings.poster {
+        sinks.push(Box::new(Poster::new(path)));
+    }
     if let Some(gathered) = gathered {
         sinks.push(Box::new(Gather(gathered)));
     }
@@ -265,6 +272,7 @@ fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], f
         stage_seconds_per_frame: report.stage_seconds(),
         warnings,
         seconds: report.wall.as_secs_f64(),
+        processor_seconds: processor_seconds(),
         speed: settings.speed,
         threshold: report.threshold,
         region: settings.look_in.as_ref().zip(report.size).and_then(|(look_in, size)| RegionRecord::of(look_in, size)),

@@ -7,7 +7,7 @@ use crate::Outcome;
 use crate::failure::Failure;
 
 /// Removed when dropped, unless it was moved.
-pub(super) struct Beside {
+pub(crate) struct Beside {
     path: PathBuf,
     part: PathBuf,
 }

@@ -1,10 +1,11 @@
 //! Where results go: each sink sees every processed frame once, in order.
 
-mod beside;
+pub(crate) mod beside;
 pub mod camera;
 pub mod dump;
 pub mod overlay;
 mod png;
+pub mod poster;
 pub mod report;
 pub mod results;
 pub mod run_json;

@@ -66,6 +66,8 @@ pub struct RunRecord<'a> {
     pub warnings: &'a [Warning],
     /// Wall time from the first picture to the last.
     pub seconds: f64,
+    /// Processor time of the whole process and of the programs it started, so far; null where the system does not tell.
+    pub processor_seconds: Option<f64>,
     /// Speed the parameters were scaled to by `--speed`, px/frame.
     pub speed: Option<f64>,
     /// Scores asked of detections by the end of the run, where the clip itself set them.
@@ -351,6 +353,25 @@ impl Spread {
     pub fn delay(&self) -> Delay {
         Delay { median: self.statistic().median, most: 1e-9 * self.nanoseconds.max() as f64 }
     }
+}
+
+/// Processor time of this process and of the programs that it started and that have ended.
+#[cfg(unix)]
+pub fn processor_seconds() -> Option<f64> {
+    use nix::sys::resource::{UsageWho, getrusage};
+    use nix::sys::time::TimeValLike;
+    let mut sum = 0.0;
+    for who in [UsageWho::RUSAGE_SELF, UsageWho::RUSAGE_CHILDREN] {
+        let usage = getrusage(who).ok()?;
+        sum += 1e-6 * (usage.user_time() + usage.system_time()).num_microseconds() as f64;
+    }
+    Some(sum)
+}
+
+/// Not known here.
+#[cfg(not(unix))]
+pub fn processor_seconds() -> Option<f64> {
+    None
 }
 
 impl RunRecord<'_> {

@@ -111,7 +111,7 @@ fn fixed_part(pattern: &str) -> PathBuf {
 }
 
 /// A printf pattern: one `%d` or `%05d` in the file name.
-struct Numbered {
+pub(crate) struct Numbered {
     folder: PathBuf,
     before: String,
     after: String,
@@ -119,7 +119,7 @@ struct Numbered {
 }
 
 impl Numbered {
-    fn parse(input: &Path) -> Option<Self> {
+    pub(crate) fn parse(input: &Path) -> Option<Self> {
         let name = input.file_name()?.to_str()?;
         let (before, rest) = name.split_once('%')?;
         let (digits, after) = rest.split_once('d')?;

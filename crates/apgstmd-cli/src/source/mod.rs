@@ -30,7 +30,7 @@ pub(crate) fn read_picture(path: &std::path::Path) -> Result<Picture, String> {
 pub use files::PictureFiles;
 pub use input::{Input, InputFlags};
 pub use listing::Listing;
-pub(crate) use listing::is_picture;
+pub(crate) use listing::{Numbered, is_picture};
 pub use raw::RawFormat;
 pub use scene::SceneFrames;
 pub(crate) use scene::frame_name;

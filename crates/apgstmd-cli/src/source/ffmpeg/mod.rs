@@ -13,7 +13,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-pub(super) use self::location::Location;
+pub(crate) use self::location::Location;
 use self::log::{Complaints, Stamp};
 pub(super) use self::probe::Probed;
 use self::process::{Process, ended, until};
