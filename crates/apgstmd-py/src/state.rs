@@ -38,10 +38,7 @@ pub fn to_dict<'py>(py: Python<'py>, state: &State) -> PyResult<Bound<'py, PyDic
     Ok(dict)
 }
 
-fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: &[T]) -> Bound<'py, PyAny>
-where
-    T: Clone,
-{
+fn array<'py, T: Element + Clone>(py: Python<'py>, shape: &[usize], values: &[T]) -> Bound<'py, PyAny> {
     let array = ArrayD::from_shape_vec(IxDyn(shape), values.to_vec()).expect("as many values as the shape says");
     array.into_pyarray(py).into_any()
 }

@@ -92,7 +92,7 @@ pub fn process(job: &Job, stop: &dyn Fn() -> bool) -> Outcome<Finished> {
     if record.is_done() {
         match job.place(part.path(), &mut record)? {
             Placed::Here => {}
-            Placed::Before(record) => return Ok(Finished { record, before: true }),
+            Placed::Before(record) => return Ok(Finished { record: *record, before: true }),
             Placed::InTheWay(reason) => {
                 record.status = Status::Failed;
                 record.error = Some(reason);
@@ -219,7 +219,7 @@ fn files(folder: &Path, stop: &dyn Fn() -> bool) -> Outcome<BTreeMap<String, Fil
 enum Placed {
     Here,
     /// Another process was faster.
-    Before(Record),
+    Before(Box<Record>),
     /// What stands there is not of this program.
     InTheWay(String),
 }
@@ -283,7 +283,7 @@ impl Job {
                 Err(error) => return Err(Failure::write(&folder, error)),
             }
             if let Some(record) = self.complete(&record.input) {
-                return Ok(Placed::Before(record));
+                return Ok(Placed::Before(Box::new(record)));
             }
             if !is_real_folder(&folder) || Record::read(&folder).is_none() {
                 let there = folder.display();

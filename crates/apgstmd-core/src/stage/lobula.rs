@@ -6,6 +6,7 @@
 //! direction; where D is zero, none.
 
 use std::ops::Range;
+use std::slice::from_ref;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Level, Simd, dispatch};
@@ -89,8 +90,8 @@ impl Lobula {
                 let mut computed = 0;
                 for (strip, left) in (0..size.width).step_by(STRIP).enumerate() {
                     let columns = STRIP.min(size.width - left);
-                    let whole = [0..size.height];
-                    for run in asked.as_ref().map_or(&whole[..], |asked| &asked[strip]) {
+                    let whole = 0..size.height;
+                    for run in asked.as_ref().map_or(from_ref(&whole), |asked| &asked[strip]) {
                         // Bands begin at even rows, too.
                         let rows = run.start.max(range.start)..run.end.min(range.end);
                         if rows.is_empty() {
