@@ -47,6 +47,7 @@ def load(path: Path) -> Any:
 def test_tables(written: Path) -> None:
     assert header(written / "one" / "detections.csv") == first_cells("detections.csv, detections.jsonl")
     assert header(written / "one" / "tracks.csv") == first_cells("tracks.csv")
+    assert header(written / "one" / "camera.csv") == first_cells("camera.csv")
     assert header(written / "scene" / "truth.csv") == first_cells("truth.csv, and boxes of yours")
     with (written / "one" / "detections.jsonl").open(encoding="utf-8") as file:
         assert list(json.loads(file.readline())) == first_cells("detections.csv, detections.jsonl")
