@@ -69,7 +69,8 @@ fn seeds_findings_and_changes_of_them() {
         let (mut dice, begin) = (Dice(0x5eed), Instant::now());
         let mut rounds = 0u64;
         while begin.elapsed() < Duration::from_secs_f64(seconds) {
-            let bytes = dice.change(&contents[dice.below(contents.len())]);
+            let seed = dice.below(contents.len());
+            let bytes = dice.change(&contents[seed]);
             let shown = Shown { name: boundary.name, rounds, bytes: &bytes };
             (boundary.check)(&bytes);
             drop(shown);
