@@ -11,7 +11,8 @@ test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling docs clean
+.PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
+	trust trust-long boundary deny sbom agreement fuzz miri asan tsan docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -84,6 +85,53 @@ matrix: ## what the bank finds of every speed, size, contrast, ground and camera
 
 scaling: ## how time grows with threads, pixels, active tiles, instruction sets; CSV and SVG in target/scaling/
 	@$(CARGO) run --release --quiet --package apgstmd-cli -- bench --scaling target/scaling $(SCALING_FLAGS)
+
+# The sanitizers and Miri come with the nightly compiler: rustup toolchain install nightly --component miri,rust-src
+HOST = $(shell rustc -vV | sed -n 's/^host: //p')
+FUZZ_TIME ?= 1200
+
+trust: boundary deny sbom agreement ## what the project promises of hostile input, quickly: boundaries, licences, Miri, a little fuzzing
+	@$(MAKE) --no-print-directory miri
+	@$(MAKE) --no-print-directory fuzz FUZZ_TIME=20
+
+trust-long: trust fuzz asan tsan ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), AddressSanitizer, ThreadSanitizer
+
+boundary:
+	@echo "== boundaries, hostile files, extremes, dependencies"
+	@$(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
+	@$(CARGO) test --quiet --package apgstmd-cli --test hostile
+
+deny: ## licences, sources and bans of every Rust package, without a network
+	@tools/tool.sh cargo-deny 0.20.2
+	@target/tools/bin/cargo-deny --offline check licenses bans sources --hide-inclusion-graph
+
+sbom: ## CycloneDX list of every Rust package with licence and checksum, in target/sbom.json
+	@$(CARGO) metadata --format-version 1 --locked | python3 tools/sbom.py > target/sbom.json
+	@echo "target/sbom.json: $$(grep -c '"bom-ref"' target/sbom.json) packages"
+
+agreement: ## how far the instruction sets of this machine agree, a table
+	@$(CARGO) run --release --quiet --package apgstmd-tests --bin agreement
+
+fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
+	@tools/tool.sh cargo-fuzz 0.13.2
+	@tools/fuzz.sh $(FUZZ_TIME) $(TARGETS)
+
+miri: ## the rows, where all unsafe code is, under Miri
+	@PROPTEST_CASES=2 MIRIFLAGS=-Zmiri-disable-isolation CARGO_TARGET_DIR=target/miri \
+		$(CARGO) +nightly miri test --package apgstmd-core --lib -- \
+		row::tests row::lateral row::mix row::tile row::warp row::workers plane:: tiles::
+
+asan: ## the core and its suites under AddressSanitizer
+	@PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
+		$(CARGO) +nightly test --quiet --target $(HOST) --package apgstmd-core --lib
+	@PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
+		$(CARGO) +nightly test --quiet --target $(HOST) --package apgstmd-tests --test machine --test threads --test tiny --test state
+
+tsan: ## the threads under ThreadSanitizer
+	@RUSTFLAGS=-Zsanitizer=thread CARGO_TARGET_DIR=target/tsan \
+		$(CARGO) +nightly test -Zbuild-std --quiet --target $(HOST) --package apgstmd-core --lib -- row::
+	@RUSTFLAGS=-Zsanitizer=thread CARGO_TARGET_DIR=target/tsan \
+		$(CARGO) +nightly test -Zbuild-std --quiet --target $(HOST) --package apgstmd-tests --test threads
 
 docs: wheel ## the pages in target/site, API documentation of the Rust crates in target/doc; warnings are errors
 	@tools/venv.sh .venv-docs tools/requirements-docs.txt

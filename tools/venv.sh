@@ -4,9 +4,14 @@
 set -eu
 cd "$(dirname "$0")/.."
 venv=${1:-.venv}
-wanted=${2:-tools/requirements-test.txt}
+named=${2:-tools/requirements-test.txt}
+# Everything that those bring too, with hashes: see tools/lock.sh.
+wanted=$(dirname "$named")/locked-$(basename "$named")
 installed=$venv/requirements.txt
 
+for pin in $(grep '==' "$named"); do
+    grep -qiF "$pin" "$wanted" || { echo "error: $wanted lacks $pin: run tools/lock.sh" >&2; exit 1; }
+done
 if cmp -s "$wanted" "$installed" && "$venv/bin/python" -c 'import numpy, pytest' 2>/dev/null; then
     exit 0
 fi
@@ -34,5 +39,5 @@ fi
 
 echo "making $venv with $("$python" --version)"
 "$python" -m venv --clear "$venv"
-"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --requirement "$wanted"
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes --requirement "$wanted"
 cp "$wanted" "$installed"

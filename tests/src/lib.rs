@@ -1,5 +1,6 @@
-//! The naive float64 model, golden data and what the suites in `tests/` share.
+//! The naive float64 model, golden data, what holds the boundaries and what the suites in `tests/` share.
 
+pub mod boundary;
 pub mod compare;
 pub mod floors;
 pub mod golden;

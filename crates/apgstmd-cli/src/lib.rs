@@ -5,6 +5,8 @@
 
 pub mod args;
 pub mod batch;
+#[doc(hidden)]
+pub mod boundary;
 pub mod commands;
 pub mod failure;
 pub mod footage;
@@ -18,6 +20,7 @@ pub mod reproduce;
 pub mod settings;
 pub mod sink;
 pub mod source;
+mod text;
 
 use std::ffi::OsString;
 

@@ -7,7 +7,6 @@ mod region;
 mod tracks;
 
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::params::{Localise, RejectionMode};
@@ -20,10 +19,12 @@ pub use self::region::LookIn;
 pub use self::tracks::TrackSettings;
 use crate::Outcome;
 use crate::args::{
-    FalseAlarmsArg, Format, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs, Speed, Switch,
+    FalseAlarmsArg, Format, FrameArgs, LocaliseArg, ModelArg, ModelArgs, OnError, PresetArg, RejectionArg, RunArgs,
+    Speed, Switch,
 };
 use crate::failure::{Failure, reason, without_snippet};
-use crate::source::{Frames, Input, InputFlags, Place, Selection, Span};
+use crate::source::{Frames, Input, InputFlags, Limit, Place, Selection, Span};
+use crate::text::read_settings;
 
 /// Frames a second that something can have: one a day to a million.
 const MIN_FPS: f64 = 1e-5;
@@ -108,7 +109,8 @@ impl RunSettings {
         let threads = resolve_threads(args.threads)?;
         let span = check_frames(&args)?;
         let live = args.live.map(|live| live == Switch::Yes);
-        let flags = InputFlags { raw: args.frames.raw, fps: args.frames.fps, live, bit_depth: args.frames.bit_depth };
+        let FrameArgs { raw, fps, bit_depth, largest_frame, .. } = args.frames;
+        let flags = InputFlags { raw, fps, live, bit_depth, limit: Limit::of_millions(largest_frame) };
         let source = match given {
             Some(frames) => Input::given(frames, flags)?,
             None => Input::of(&args.input, flags)?,
@@ -271,7 +273,7 @@ fn bank_file(model: &ModelArgs) -> Outcome<Option<BankParams>> {
 }
 
 fn read_params(path: &Path) -> Outcome<String> {
-    fs::read_to_string(path).map_err(|error| {
+    read_settings(path).map_err(|error| {
         Failure::usage(format_args!("cannot read the parameters {}: {}", path.display(), reason(&error)))
     })
 }

@@ -7,7 +7,7 @@ use apgstmd_core::{Rectangle, SimdLevel};
 use clap::Args;
 
 use super::{FalseAlarmsArg, Format, ModelArgs, OnError, Switch};
-use crate::source::{Place, RawFormat};
+use crate::source::{Limit, Place, RawFormat};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,6 +70,15 @@ pub struct FrameArgs {
     /// Bits that 16-bit samples really use, 9 to 16 (10, 12, 14 for many cameras)
     #[arg(long, value_name = "B")]
     pub bit_depth: Option<u32>,
+    /// Most pixels of a frame that is read, in millions, 1 to 268: what claims to be larger is refused before it takes
+    /// memory
+    #[arg(
+        long,
+        value_name = "MILLIONS",
+        default_value_t = Limit::USUAL,
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(Limit::HIGHEST))
+    )]
+    pub largest_frame: u32,
     /// What to do about a picture that cannot be used
     #[arg(long, value_name = "WHAT", default_value = "stop")]
     pub on_error: OnError,

@@ -34,7 +34,7 @@ pub fn read_detections(path: &Path) -> Outcome<Found> {
     let text = read_text(&file)?;
     let mut tracks = None;
     let detections = if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl")) {
-        text.lines().enumerate().map(|(i, line)| from_json(line, i + 1, &file)).collect::<Outcome<_>>()?
+        detections_from_json(&text, &file)?
     } else {
         tracks = tracks_from_text(&text).map_err(|error| unreadable(&file, &error, ORDER))?;
         detections_from_text(&text).map_err(|error| unreadable(&file, &error, ORDER))?
@@ -64,6 +64,11 @@ struct Row {
     y: f64,
     score: f64,
     direction_rad: Option<f64>,
+}
+
+/// Reads detections.jsonl.
+pub(crate) fn detections_from_json(text: &str, file: &Path) -> Outcome<Vec<Scored>> {
+    text.lines().enumerate().map(|(i, line)| from_json(line, i + 1, file)).collect()
 }
 
 fn from_json(line: &str, number: usize, file: &Path) -> Outcome<Scored> {

@@ -15,6 +15,7 @@ use apgstmd_core::evaluation::{
 use crate::Outcome;
 use crate::failure::{Failure, reason};
 
+pub(crate) use detections::detections_from_json;
 pub use detections::{Found, read_detections};
 pub use frames::{Frames, Origin, RunFrames};
 pub use truth::read_truth;

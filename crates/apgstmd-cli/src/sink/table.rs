@@ -1,6 +1,7 @@
 //! Detections as CSV or JSON Lines, one row a detection, the strongest of a frame first. Flushed after each frame: what
 //! an interrupted run leaves is complete up to there.
 
+use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -125,6 +126,8 @@ impl Csv {
 impl Sink for Csv {
     fn frame(&mut self, seen: &Seen) -> Outcome {
         for row in rows(seen) {
+            let name = plain_cell(row.name);
+            let row = Row { name: &name, ..row };
             self.writer.serialize(row).map_err(|error| Failure::write(&self.path, io_error(error)))?;
         }
         self.writer.flush().map_err(|error| Failure::write(&self.path, error))
@@ -132,6 +135,14 @@ impl Sink for Csv {
 
     fn grows(&self) -> Option<&Path> {
         Some(&self.path)
+    }
+}
+
+/// A name that a spreadsheet would take for a formula, as the same path that is none: `=1+1.png` as `./=1+1.png`.
+fn plain_cell(name: &str) -> Cow<'_, str> {
+    match name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        true => Cow::Owned(format!("./{name}")),
+        false => Cow::Borrowed(name),
     }
 }
 

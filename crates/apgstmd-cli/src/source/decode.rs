@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use apgstmd_core::MOST_PIXELS;
+use apgstmd_core::Size;
 use image::codecs::pnm::PnmDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use ndarray::{Array3, s};
@@ -12,28 +12,34 @@ use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;
 
-use super::{Picture, Pixels};
+use super::{Limit, Picture, Pixels};
 use crate::failure::reason;
 
-/// A file may claim any size in its header: this much memory is the most a picture gets.
-const MOST_BYTES: u64 = 1 << 31;
-
 /// Reads a picture; the error says why it cannot be used.
-pub(super) fn read(path: &Path, bit_depth: Option<u32>) -> Result<Picture, String> {
-    let length = fs::metadata(path).map_err(|error| reason(&error))?.len();
-    if length > MOST_BYTES {
-        return Err(format!("the file has {length} bytes, more than a picture may"));
+pub(super) fn read(path: &Path, bit_depth: Option<u32>, limit: Limit) -> Result<Picture, String> {
+    let file = fs::metadata(path).map_err(|error| reason(&error))?;
+    // A device or a pipe may never end.
+    if !file.is_file() {
+        return Err("it is no file".to_owned());
     }
-    let bytes = fs::read(path).map_err(|error| reason(&error))?;
+    let length = file.len();
+    if length > limit.bytes() {
+        return Err(format!("the file has {length} bytes, but {}", limit.rule()));
+    }
+    from_bytes(&fs::read(path).map_err(|error| reason(&error))?, bit_depth, limit)
+}
+
+/// The picture that the bytes of a file are.
+pub(super) fn from_bytes(bytes: &[u8], bit_depth: Option<u32>, limit: Limit) -> Result<Picture, String> {
     if bytes.is_empty() {
         return Err("the file is empty".to_owned());
     }
-    let format = image::guess_format(&bytes).map_err(|_| "it is no PNG, JPEG, TIFF, BMP, PGM or PPM".to_owned())?;
+    let format = image::guess_format(bytes).map_err(|_| "it is no PNG, JPEG, TIFF, BMP, PGM or PPM".to_owned())?;
     let (pixels, scaled) = match format {
-        ImageFormat::Tiff => (tiff(&bytes)?, false),
-        ImageFormat::Pnm => pnm(&bytes)?,
-        ImageFormat::Jpeg if is_cut_short(&bytes) => return Err("the file is truncated".to_owned()),
-        _ => (with_image(&bytes, format)?, false),
+        ImageFormat::Tiff => (tiff(bytes, limit)?, false),
+        ImageFormat::Pnm => pnm(bytes, limit)?,
+        ImageFormat::Jpeg if is_cut_short(bytes) => return Err("the file is truncated".to_owned()),
+        _ => (with_image(bytes, format, limit)?, false),
     };
     let bits = match (&pixels, bit_depth) {
         (Pixels::U8(_), Some(bits)) => {
@@ -45,33 +51,33 @@ pub(super) fn read(path: &Path, bit_depth: Option<u32>) -> Result<Picture, Strin
     Ok(Picture { pixels, bits })
 }
 
-fn with_image(bytes: &[u8], format: ImageFormat) -> Result<Pixels, String> {
+fn with_image(bytes: &[u8], format: ImageFormat, limit: Limit) -> Result<Pixels, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(limits());
-    let decoder = reader.into_decoder().map_err(explain)?;
-    check_size(decoder.dimensions())?;
-    samples(DynamicImage::from_decoder(decoder).map_err(explain)?)
+    reader.limits(limits(limit));
+    let decoder = reader.into_decoder().map_err(|error| explain(error, limit))?;
+    check_size(decoder.dimensions(), limit)?;
+    samples(DynamicImage::from_decoder(decoder).map_err(|error| explain(error, limit))?)
 }
 
 /// PGM and PPM state their own maximum: `image` scales samples to it, so the bit depth is known already.
-fn pnm(bytes: &[u8]) -> Result<(Pixels, bool), String> {
-    let decoder = PnmDecoder::new(Cursor::new(bytes)).map_err(explain)?;
-    check_size(decoder.dimensions())?;
+fn pnm(bytes: &[u8], limit: Limit) -> Result<(Pixels, bool), String> {
+    let decoder = PnmDecoder::new(Cursor::new(bytes)).map_err(|error| explain(error, limit))?;
+    check_size(decoder.dimensions(), limit)?;
     let scaled = decoder.header().maximal_sample() != u32::from(u16::MAX);
-    Ok((samples(DynamicImage::from_decoder(decoder).map_err(explain)?)?, scaled))
+    Ok((samples(DynamicImage::from_decoder(decoder).map_err(|error| explain(error, limit))?)?, scaled))
 }
 
-fn tiff(bytes: &[u8]) -> Result<Pixels, String> {
-    let failed = |error: tiff::TiffError| tiff_reason(&error);
+fn tiff(bytes: &[u8], limit: Limit) -> Result<Pixels, String> {
+    let failed = |error: tiff::TiffError| tiff_reason(&error, limit);
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(failed)?;
-    check_size(decoder.dimensions().map_err(failed)?)?;
+    check_size(decoder.dimensions().map_err(failed)?, limit)?;
     if decoder.more_images() {
         return Err("it holds several pages: give each page a file of its own (tiffsplit does that)".to_owned());
     }
     const IEEE_FLOAT: u16 = 3;
     let formats = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(failed)?.unwrap_or_default();
     if !formats.contains(&IEEE_FLOAT) {
-        return with_image(bytes, ImageFormat::Tiff);
+        return with_image(bytes, ImageFormat::Tiff, limit);
     }
     let (width, height) = decoder.dimensions().map_err(failed)?;
     let channels = match decoder.colortype().map_err(failed)? {
@@ -86,7 +92,7 @@ fn tiff(bytes: &[u8]) -> Result<Pixels, String> {
         return Err("a float TIFF with its colours in separate planes is not read".to_owned());
     }
     let mut limits = tiff::decoder::Limits::default();
-    limits.decoding_buffer_size = MOST_BYTES as usize;
+    limits.decoding_buffer_size = limit.bytes() as usize;
     let shape = (height as usize, width as usize, channels);
     match decoder.with_limits(limits).read_image().map_err(failed)? {
         DecodingResult::F16(samples) => array(shape, samples.into_iter().map(f32::from).collect()).map(Pixels::F32),
@@ -122,19 +128,14 @@ fn without_alpha<T: Clone>(grey_and_alpha: &Array3<T>) -> Array3<T> {
     grey_and_alpha.slice(s![.., .., ..1]).to_owned()
 }
 
-fn limits() -> Limits {
+fn limits(limit: Limit) -> Limits {
     let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(limit.bytes());
     limits
 }
 
-fn check_size((width, height): (u32, u32)) -> Result<(), String> {
-    if u64::from(width) * u64::from(height) > MOST_PIXELS as u64 {
-        return Err(format!(
-            "it claims to be {height} x {width} (height x width): at most {MOST_PIXELS} pixels are read"
-        ));
-    }
-    Ok(())
+fn check_size((width, height): (u32, u32), limit: Limit) -> Result<(), String> {
+    limit.check(Size::new(height as usize, width as usize))
 }
 
 /// The JPEG decoder fills what is missing with grey and says nothing, so look for the end marker behind the last scan.
@@ -144,19 +145,19 @@ fn is_cut_short(bytes: &[u8]) -> bool {
     last([0xff, 0xd9]) < last([0xff, 0xda])
 }
 
-fn explain(error: image::ImageError) -> String {
+fn explain(error: image::ImageError, limit: Limit) -> String {
     match &error {
         image::ImageError::IoError(inner) => io_reason(inner),
-        image::ImageError::Limits(_) => "its header claims a size beyond the limit of what is read".to_owned(),
+        image::ImageError::Limits(_) => format!("it takes more memory than a picture may: {}", limit.rule()),
         _ if error.to_string().contains("end of") => "the file is truncated".to_owned(),
         _ => error.to_string(),
     }
 }
 
-fn tiff_reason(error: &tiff::TiffError) -> String {
+fn tiff_reason(error: &tiff::TiffError, limit: Limit) -> String {
     match error {
         tiff::TiffError::IoError(inner) => io_reason(inner),
-        tiff::TiffError::LimitsExceeded => "its header claims a size beyond the limit of what is read".to_owned(),
+        tiff::TiffError::LimitsExceeded => format!("it takes more memory than a picture may: {}", limit.rule()),
         _ => error.to_string(),
     }
 }

@@ -31,7 +31,7 @@ impl FrameSource for PictureFiles<'_> {
             name: self.listing.name(path),
             origin: path.display().to_string(),
             time: self.flags.fps.map(|fps| frame as f64 / fps),
-            picture: decode::read(path, self.flags.bit_depth),
+            picture: decode::read(path, self.flags.bit_depth, self.flags.limit),
         })
     }
 }

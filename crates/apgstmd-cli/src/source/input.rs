@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use apgstmd_core::Size;
 use apgstmd_core::stimulus::Scene;
 
 use super::ffmpeg::{Location, Video};
@@ -11,7 +12,7 @@ use super::listing::KINDS;
 use super::stdin::StdinFrames;
 use super::stream::{About, Frames, Stream};
 use super::{
-    FrameSource, Listing, PictureFiles, RawFormat, SceneFile, SceneFrames, Selection, Span, is_picture, is_scene,
+    FrameSource, Limit, Listing, PictureFiles, RawFormat, SceneFile, SceneFrames, Selection, Span, is_picture, is_scene,
 };
 use crate::Outcome;
 use crate::failure::Failure;
@@ -27,6 +28,8 @@ pub struct InputFlags {
     pub live: Option<bool>,
     /// Bits that 16-bit samples use.
     pub bit_depth: Option<u32>,
+    /// How large a frame may be that is read.
+    pub limit: Limit,
 }
 
 /// What there is to see.
@@ -59,7 +62,7 @@ impl Input {
             Kind::Scene(Box::new(SceneFile::read(path)?))
         } else if let Some(location) = Location::of(path) {
             check_flags(flags, &location)?;
-            Kind::Video(Box::new(Video::of(location, flags.bit_depth)?))
+            Kind::Video(Box::new(Video::of(location, flags)?))
         } else if path.is_file() && !is_picture(path) {
             Kind::Video(Box::new(video_file(path, flags)?))
         } else {
@@ -87,6 +90,16 @@ impl Input {
             Kind::Scene(_) if flags.bit_depth.is_some() => {
                 return Err(Failure::usage("--bit-depth is for pictures: a scene is drawn in floating point"));
             }
+            Kind::Scene(file) => {
+                let Scene { height, width, .. } = *file.scene();
+                flags
+                    .limit
+                    .check(Size::new(height, width))
+                    .map_err(|reason| Failure::usage(format_args!("cannot use {}: {reason}", self.shown())))?;
+            }
+            _ => {}
+        }
+        match &self.kind {
             Kind::Scene(_) if flags.fps.is_some() => {
                 return Err(Failure::usage("--fps is for pictures and video: a scene has its own rate"));
             }
@@ -224,7 +237,7 @@ impl Input {
                 vec![Box::new(Stream::new(video.open(self.is_live()), about, (span, done)))]
             }
             Kind::Stdin => {
-                let frames = StdinFrames::open(self.flags.raw, self.flags.bit_depth)?;
+                let frames = StdinFrames::open(self.flags)?;
                 vec![Box::new(Stream::new(frames, self.about(None), (span, done)))]
             }
             Kind::Given(frames) => {
@@ -258,5 +271,5 @@ fn video_file(path: &Path, flags: InputFlags) -> Outcome<Video> {
     if empty {
         return Err(Failure::failed(format_args!("cannot read {}: the file is empty", path.display())));
     }
-    Video::of(Location::File(path.to_owned()), flags.bit_depth).map_err(|failure| failure.or_hint(KINDS))
+    Video::of(Location::File(path.to_owned()), flags).map_err(|failure| failure.or_hint(KINDS))
 }

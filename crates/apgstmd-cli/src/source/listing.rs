@@ -52,7 +52,7 @@ impl Listing {
             let place = if input.is_dir() { "there are no pictures in" } else { "no picture matches" };
             return Err(Failure::failed(format_args!("{place} {}{others}: {FORMATS}", input.display())));
         }
-        alphanumeric_sort::sort_path_slice(&mut files);
+        sort(&mut files);
         Ok(Self { folder, files })
     }
 
@@ -61,6 +61,11 @@ impl Listing {
         let path = path.strip_prefix(&self.folder).unwrap_or(path);
         path.to_string_lossy().replace('\\', "/")
     }
+}
+
+/// In natural order.
+pub(super) fn sort(files: &mut [PathBuf]) {
+    alphanumeric_sort::sort_path_slice(files);
 }
 
 fn single_file(input: &Path) -> Failure {
@@ -137,7 +142,7 @@ impl Numbered {
         Some(Self { folder, before: before.to_owned(), after: after.to_owned(), least_digits })
     }
 
-    fn matches(&self, path: &Path) -> bool {
+    pub fn matches(&self, path: &Path) -> bool {
         let name = path.file_name().and_then(|name| name.to_str());
         let digits = name.and_then(|name| name.strip_prefix(&*self.before)?.strip_suffix(&*self.after));
         digits.is_some_and(|digits| digits.len() >= self.least_digits && digits.bytes().all(|b| b.is_ascii_digit()))

@@ -1,10 +1,12 @@
 //! Where frames come from: pictures, scenes, video and cameras through `ffmpeg`, standard input. Each is a
 //! [`FrameSource`].
 
+pub(crate) mod boundary;
 mod decode;
 pub(crate) mod ffmpeg;
 mod files;
 mod input;
+mod limit;
 mod listing;
 mod raw;
 mod samples;
@@ -24,11 +26,12 @@ use serde::{Deserialize, Serialize};
 
 /// Reads a picture file; the error says why it cannot be used.
 pub(crate) fn read_picture(path: &std::path::Path) -> Result<Picture, String> {
-    decode::read(path, None)
+    decode::read(path, None, Limit::default())
 }
 
 pub use files::PictureFiles;
 pub use input::{Input, InputFlags};
+pub use limit::Limit;
 pub use listing::Listing;
 pub(crate) use listing::{Numbered, is_picture};
 pub use raw::RawFormat;

@@ -5,10 +5,10 @@ use std::io::{self, BufRead, IsTerminal};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use super::Switch;
 use super::raw::{self, RawFormat};
 use super::stream::{Frames, Timed, Waited, wait};
 use super::y4m::Header;
+use super::{InputFlags, Limit, Switch};
 use crate::Outcome;
 use crate::failure::{Failure, reason};
 
@@ -34,7 +34,8 @@ impl StdinFrames {
     ///
     /// # Errors
     /// The system has no more threads.
-    pub fn open(raw: Option<RawFormat>, bit_depth: Option<u32>) -> Outcome<Self> {
+    pub fn open(flags: InputFlags) -> Outcome<Self> {
+        let InputFlags { raw, bit_depth, limit, .. } = flags;
         let (sender, queue) = sync_channel(1);
         thread::Builder::new()
             .name("apgstmd-stdin".to_owned())
@@ -42,7 +43,7 @@ impl StdinFrames {
                 let mut input = io::stdin().lock();
                 let ended = match raw {
                     Some(format) => read_raw(format, bit_depth, &mut input, &sender),
-                    None => read_y4m(bit_depth, &mut input, &sender),
+                    None => read_y4m(bit_depth, limit, &mut input, &sender),
                 };
                 if let Err(reason) = ended {
                     // Nobody listens any more only where nobody wants to know.
@@ -76,8 +77,13 @@ fn read_raw(
     Ok(())
 }
 
-fn read_y4m(bit_depth: Option<u32>, input: &mut impl BufRead, frames: &SyncSender<Coming>) -> Result<(), String> {
-    let mut header = Header::read(input)?.ok_or("it is empty")?;
+fn read_y4m(
+    bit_depth: Option<u32>,
+    limit: Limit,
+    input: &mut impl BufRead,
+    frames: &SyncSender<Coming>,
+) -> Result<(), String> {
+    let mut header = Header::read(input, limit)?.ok_or("it is empty")?;
     header.layout = header.layout.with_bit_depth(bit_depth)?;
     let mut frame = 0;
     while let Some(picture) = header.next(input)? {

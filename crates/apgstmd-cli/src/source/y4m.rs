@@ -5,6 +5,7 @@ use std::io::{BufRead, Read};
 
 use apgstmd_core::Size;
 
+use super::Limit;
 use super::samples::Layout;
 use super::stream::{Parsed, read_frame};
 
@@ -28,13 +29,15 @@ impl Header {
     ///
     /// # Errors
     /// It is none of ours, or of a kind that is not read.
-    pub fn read(input: &mut impl BufRead) -> Result<Option<Self>, String> {
+    pub fn read(input: &mut impl BufRead, limit: Limit) -> Result<Option<Self>, String> {
         let Some(line) = line(input)? else { return Ok(None) };
         let text = line.strip_prefix(MAGIC).ok_or_else(|| {
             let start: String = String::from_utf8_lossy(&line[..line.len().min(16)]).escape_debug().collect();
             format!("expected YUV4MPEG2, but it begins with `{start}`")
         })?;
-        Self::parse(&String::from_utf8_lossy(text)).map(Some)
+        let header = Self::parse(&String::from_utf8_lossy(text))?;
+        limit.check(header.size)?;
+        Ok(Some(header))
     }
 
     fn parse(text: &str) -> Result<Self, String> {
@@ -135,7 +138,7 @@ mod tests {
     use super::*;
 
     fn header(text: &str) -> Result<Header, String> {
-        Header::read(&mut format!("YUV4MPEG2 {text}\n").as_bytes()).map(Option::unwrap)
+        Header::read(&mut format!("YUV4MPEG2 {text}\n").as_bytes(), Limit::default()).map(Option::unwrap)
     }
 
     #[test]
@@ -177,17 +180,17 @@ mod tests {
         ] {
             assert!(header(bad).is_err(), "{bad}");
         }
-        assert_eq!(Header::read(&mut &b""[..]), Ok(None));
-        let error = Header::read(&mut &b"\x89PNG\r\n..."[..]).unwrap_err();
+        assert_eq!(Header::read(&mut &b""[..], Limit::default()), Ok(None));
+        let error = Header::read(&mut &b"\x89PNG\r\n..."[..], Limit::default()).unwrap_err();
         assert!(error.contains("PNG") && error.contains("YUV4MPEG2"), "{error}");
-        assert!(Header::read(&mut &[b'x'; 10_000][..]).is_err());
+        assert!(Header::read(&mut &[b'x'; 10_000][..], Limit::default()).is_err());
     }
 
     #[test]
     fn frames_and_their_colour() {
         let text = b"YUV4MPEG2 W2 H2 F25:1 C420 XCOLORRANGE=FULL\nFRAME\n\x01\x02\x03\x04uvFRAME Ip\n\x05\x06\x07\x08uvFRAME\n\x01\x02\x03\x04u";
         let mut input = &text[..];
-        let header = Header::read(&mut input).unwrap().unwrap();
+        let header = Header::read(&mut input, Limit::default()).unwrap().unwrap();
         for first in [1, 5] {
             let picture = header.next(&mut input).unwrap().unwrap();
             assert_eq!(picture, header.layout.picture(header.size, (first..first + 4).collect()).unwrap());

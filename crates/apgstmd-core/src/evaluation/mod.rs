@@ -121,6 +121,9 @@ impl Options {
     }
 }
 
+/// Farthest place and largest size that are judged, px: far beyond any picture.
+const FAR: f64 = 1e12;
+
 /// What cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -134,7 +137,7 @@ pub enum EvaluationError {
         end: usize,
     },
     /// A distance that is no distance.
-    #[error("{name} is {value} px, but it must be a finite number of at least 0")]
+    #[error("{name} is {value} px, but it must be a number from 0 to {FAR:e}")]
     Distance {
         /// Field of [`Options`].
         name: &'static str,
@@ -144,6 +147,20 @@ pub enum EvaluationError {
     /// A number that is not finite.
     #[error("{what} {index} (frame {frame}) has {name} = {value}, but it must be a finite number")]
     NotFinite {
+        /// "detection" or "truth box".
+        what: &'static str,
+        /// Its place in the list, from 0.
+        index: usize,
+        /// Its frame.
+        frame: usize,
+        /// Field.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// A place so far off that distances from it overflow.
+    #[error("{what} {index} (frame {frame}) has {name} = {value}, but places and sizes must lie within {FAR:e} px")]
+    TooFar {
         /// "detection" or "truth box".
         what: &'static str,
         /// Its place in the list, from 0.
@@ -190,7 +207,7 @@ fn check(detections: &[Scored], truth: &[TruthBox], options: &Options) -> Result
         return Err(EvaluationError::NoFrames { first, end });
     }
     for (name, value) in [("radius", options.radius), ("margin", options.margin)] {
-        if !(value >= 0.0 && value.is_finite()) {
+        if !(0.0..=FAR).contains(&value) {
             return Err(EvaluationError::Distance { name, value });
         }
     }
@@ -198,13 +215,19 @@ fn check(detections: &[Scored], truth: &[TruthBox], options: &Options) -> Result
         Some((name, value)) => Err(EvaluationError::NotFinite { what, index, frame, name, value: *value }),
         None => Ok(()),
     };
+    let near = |what, index, frame, fields: &[(&'static str, f64)]| match fields.iter().find(|f| f.1.abs() > FAR) {
+        Some((name, value)) => Err(EvaluationError::TooFar { what, index, frame, name, value: *value }),
+        None => Ok(()),
+    };
     for (index, d) in detections.iter().enumerate() {
         let direction = ("direction", d.direction.unwrap_or(0.0));
         finite("detection", index, d.frame, &[("x", d.x), ("y", d.y), ("score", d.score), direction])?;
+        near("detection", index, d.frame, &[("x", d.x), ("y", d.y)])?;
     }
     for (index, b) in truth.iter().enumerate() {
         let sides = [("x", b.x), ("y", b.y), ("width", b.width), ("height", b.height)];
         finite("truth box", index, b.frame, &sides)?;
+        near("truth box", index, b.frame, &sides)?;
     }
     Ok(())
 }

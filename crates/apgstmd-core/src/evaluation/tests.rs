@@ -122,8 +122,19 @@ fn nonsense_is_refused() {
     );
     assert_eq!(
         error(&[], &Options { radius: -1.0, ..Options::new(0..9) }),
-        "radius is -1 px, but it must be a finite number of at least 0"
+        "radius is -1 px, but it must be a number from 0 to 1e12"
     );
+}
+
+/// Sums of distances that are numbers each were none together.
+#[test]
+fn places_beyond_any_picture_are_refused() {
+    let truth = [TruthBox::new(0, [-8e307, 0.0, 1.6e308, 4.0])];
+    let found = [Scored::new(0, 7e307, 1.0, 1.0)];
+    let expected = "truth box 0 (frame 0) has x = -8";
+    assert!(evaluate(&[], &truth, &Options::new(0..1)).unwrap_err().to_string().starts_with(expected));
+    let error = evaluate(&found, &[], &Options::new(0..1)).unwrap_err().to_string();
+    assert!(error.ends_with("places and sizes must lie within 1e12 px"), "{error}");
 }
 
 /// True and false detections at one threshold, by the words of the rule and nothing else.

@@ -151,6 +151,7 @@ impl Sink for Positive<'_> {
     }
 
     #[inline(always)]
+    // SAFETY: what the trait asks of the caller, and no more.
     unsafe fn put<S: Simd>(&mut self, simd: S, at: usize, smooth: S::f32s, inner: S::f32s) {
         // SAFETY: passed on to the caller.
         unsafe { store::<S>((smooth + inner).max(S::f32s::splat(simd, 0.0)), self.0, at) };
@@ -171,6 +172,7 @@ impl Sink for Parts<'_> {
     }
 
     #[inline(always)]
+    // SAFETY: what the trait asks of the caller, and no more.
     unsafe fn put<S: Simd>(&mut self, _: S, at: usize, smooth: S::f32s, inner: S::f32s) {
         // SAFETY: passed on to the caller.
         unsafe {

@@ -56,7 +56,8 @@ impl Association {
     pub fn begin(&mut self, detections: &[Detection]) {
         self.found.clear();
         self.used.clear();
-        self.used.extend(detections.iter().map(|d| !(d.x.is_finite() && d.y.is_finite())));
+        let is_number = |d: &Detection| [d.x, d.y, d.score].iter().all(|value| value.is_finite());
+        self.used.extend(detections.iter().map(|d| !is_number(d)));
         self.by_x.clear();
         let usable = detections.iter().enumerate().filter(|(index, _)| !self.used[*index]);
         self.by_x.extend(usable.map(|(index, d)| (f64::from(d.x), index)));

@@ -53,6 +53,18 @@ fn track(params: &Params, frames: usize, mut seen: impl FnMut(usize) -> (Vec<Det
     all
 }
 
+#[test]
+fn detections_that_are_no_numbers_are_left_out() {
+    let odd = |change: fn(&mut Detection)| {
+        let mut detection = at(150.0, 50.0, 0.0);
+        change(&mut detection);
+        detection
+    };
+    let seen = [odd(|d| d.x = f32::NAN), odd(|d| d.y = f32::INFINITY), odd(|d| d.score = f32::NAN)];
+    let all = track(&params(), 20, |t| ([vec![at(20.0 + t as f64, 50.0, 0.0)], seen.to_vec()].concat(), (0.0, 0.0)));
+    assert_eq!((all.len(), all[&0].len()), (1, 20));
+}
+
 fn off(point: &TrackPoint, (x, y): (f64, f64)) -> f64 {
     (point.x - x).hypot(point.y - y)
 }

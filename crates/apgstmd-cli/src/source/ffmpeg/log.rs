@@ -63,7 +63,8 @@ pub(crate) fn listen(
     Ok((stamps, thread))
 }
 
-fn read(mut stderr: impl BufRead, stamps: &Sender<Stamp>, clean: impl Fn(&str) -> String) -> Complaints {
+/// Reads to the end.
+pub(crate) fn read(mut stderr: impl BufRead, stamps: &Sender<Stamp>, clean: impl Fn(&str) -> String) -> Complaints {
     let mut complaints = Complaints::default();
     let mut unit = None;
     let mut line = Vec::new();
@@ -117,7 +118,8 @@ fn stamp(text: &str, unit: Option<f64>) -> Option<Stamp> {
     let (width, height) = after(" s:")?.split_once('x')?;
     let size = Size { height: height.parse().ok()?, width: width.parse().ok()? };
     let pts = after(" pts:").and_then(|pts| pts.parse::<i64>().ok());
-    Some(Stamp { size, time: pts.zip(unit).map(|(pts, unit)| pts as f64 * unit) })
+    let time = pts.zip(unit).map(|(pts, unit)| pts as f64 * unit).filter(|time| time.is_finite());
+    Some(Stamp { size, time })
 }
 
 /// `1001/30000`.
@@ -158,6 +160,12 @@ Unrecognized option 'fps_mode'.
         assert_eq!((stamps.len(), complaints.errors), (3, 2));
         assert_eq!(complaints.first.as_deref(), Some("Invalid NAL unit size (484 > 351)."));
         assert_eq!(complaints.reason(), Some("Unrecognized option 'fps_mode'."));
+    }
+
+    #[test]
+    fn a_time_that_is_none() {
+        let text = "n:   0 pts:  99999999999 fmt:gray s:96x64 i:P";
+        assert_eq!(stamp(text, Some(1e308)), Some(Stamp { size: Size::new(64, 96), time: None }));
     }
 
     #[test]

@@ -17,9 +17,9 @@ pub(crate) use self::location::Location;
 use self::log::{Complaints, Stamp};
 pub(super) use self::probe::Probed;
 use self::process::{Process, ended, until};
-use super::Switch;
 use super::samples::Layout;
 use super::stream::{Frames, Timed, Waited, read_frame, wait};
+use super::{InputFlags, Limit, Switch};
 use crate::Outcome;
 use crate::failure::{Failure, reason};
 
@@ -31,6 +31,7 @@ pub(super) struct Video {
     pub location: Location,
     pub probed: Probed,
     layout: Layout,
+    limit: Limit,
 }
 
 impl Video {
@@ -38,13 +39,17 @@ impl Video {
     ///
     /// # Errors
     /// One of the programs is missing, it is no video, `--bit-depth` contradicts it.
-    pub fn of(location: Location, bit_depth: Option<u32>) -> Outcome<Self> {
-        let limit = location.may_stall().then_some(SILENCE);
-        let probed = probe::probe(&location, limit)?;
-        let layout = probed.format.layout.with_bit_depth(bit_depth);
+    pub fn of(location: Location, flags: InputFlags) -> Outcome<Self> {
+        let patience = location.may_stall().then_some(SILENCE);
+        let probed = probe::probe(&location, patience)?;
+        if let Some(size) = probed.size {
+            let refused = |reason| Failure::failed(format_args!("cannot use {}: {reason}", location.shown()));
+            flags.limit.check(size).map_err(refused)?;
+        }
+        let layout = probed.format.layout.with_bit_depth(flags.bit_depth);
         let layout =
             layout.map_err(|reason| Failure::usage(format_args!("cannot use {}: {reason}", location.shown())))?;
-        Ok(Self { location, probed, layout })
+        Ok(Self { location, probed, layout, limit: flags.limit })
     }
 
     /// Its frames from the first; `live`, as they come.
@@ -53,6 +58,7 @@ impl Video {
             location: self.location.clone(),
             arguments: self.arguments(live),
             layout: self.layout,
+            limit: self.limit,
             live: live || self.location.is_live(),
             old: false,
             running: None,
@@ -67,7 +73,8 @@ impl Video {
         let mut arguments: Vec<OsString> = Vec::new();
         let mut add = |words: &[&str]| arguments.extend(words.iter().map(OsString::from));
         add(&["-hide_banner", "-nostdin", "-nostats", "-loglevel", "repeat+level+info"]);
-        add(&["-fflags", "+discardcorrupt"]);
+        // The size may change on the way.
+        add(&["-fflags", "+discardcorrupt", "-max_pixels", &self.limit.pixels().to_string()]);
         if live {
             // Decoding by one thread a frame would hold back as many frames as there are threads. The usual `nobuffer` and
             // `low_delay` are no remedy: they lose what comes before the second key frame, and the order of B-frames.
@@ -89,6 +96,7 @@ pub(super) struct VideoFrames {
     location: Location,
     arguments: Vec<OsString>,
     layout: Layout,
+    limit: Limit,
     live: bool,
     /// This ffmpeg is older than 5.1.
     old: bool,
@@ -110,7 +118,7 @@ struct Running {
 type Announced = (Stamp, Vec<u8>);
 
 impl Running {
-    fn start(location: &Location, arguments: &[OsString], layout: Layout, old: bool) -> Outcome<Self> {
+    fn start(location: &Location, arguments: &[OsString], expected: (Layout, Limit), old: bool) -> Outcome<Self> {
         let mut arguments = arguments.to_vec();
         // Anything else drops and doubles frames to keep a steady rate.
         let every_frame = if old { ["-vsync", "0"] } else { ["-fps_mode", "passthrough"] };
@@ -127,7 +135,7 @@ impl Running {
         thread::Builder::new()
             .name("apgstmd-ffmpeg".to_owned())
             .spawn(move || {
-                if let Err(reason) = read(stdout, &stamps, layout, &sender) {
+                if let Err(reason) = read(stdout, &stamps, expected, &sender) {
                     // Nobody listens any more only where nobody wants to know.
                     let _ = sender.send(Err(reason));
                 }
@@ -141,10 +149,11 @@ impl Running {
 fn read(
     mut stdout: ChildStdout,
     stamps: &Receiver<Stamp>,
-    layout: Layout,
+    (layout, limit): (Layout, Limit),
     frames: &SyncSender<Result<Announced, String>>,
 ) -> Result<(), String> {
     for stamp in stamps {
+        limit.check(stamp.size)?;
         let samples = read_frame(&mut stdout, layout.bytes(stamp.size)?)?;
         let samples = samples.ok_or("it ends before the samples of a frame")?;
         if frames.send(Ok((stamp, samples))).is_err() {
@@ -160,7 +169,7 @@ fn read(
 impl VideoFrames {
     fn decoded(&mut self) -> Result<Option<Timed>, String> {
         if self.running.is_none() {
-            let running = Running::start(&self.location, &self.arguments, self.layout, self.old);
+            let running = Running::start(&self.location, &self.arguments, (self.layout, self.limit), self.old);
             self.running = Some(running.map_err(|failure| failure.text().unwrap_or_default())?);
         }
         let Some(running) = &self.running else { return Ok(None) };

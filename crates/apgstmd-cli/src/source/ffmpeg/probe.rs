@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
+use apgstmd_core::Size;
+
 use super::Location;
 use super::log::ratio;
 use super::process::output;
@@ -22,6 +24,8 @@ pub(crate) struct Probed {
     pub frames: Option<usize>,
     /// Frames that its header says it has.
     pub claimed: Option<usize>,
+    /// Of a frame, as its header says.
+    pub size: Option<Size>,
 }
 
 /// How its frames are to be handed over.
@@ -44,6 +48,8 @@ struct Told {
 
 #[derive(Deserialize)]
 struct Stream {
+    width: Option<usize>,
+    height: Option<usize>,
     pix_fmt: Option<String>,
     color_range: Option<String>,
     avg_frame_rate: Option<String>,
@@ -54,6 +60,7 @@ struct Stream {
 
 #[derive(Default, Deserialize)]
 struct Container {
+    format_name: Option<String>,
     format_long_name: Option<String>,
     duration: Option<String>,
 }
@@ -63,8 +70,8 @@ struct Container {
 /// # Errors
 /// There is no ffprobe; it cannot read this; there is no video in it.
 pub(super) fn probe(location: &Location, limit: Option<Duration>) -> Outcome<Probed> {
-    let entries =
-        "stream=pix_fmt,color_range,avg_frame_rate,r_frame_rate,nb_frames,duration:format=format_long_name,duration";
+    let entries = "stream=width,height,pix_fmt,color_range,avg_frame_rate,r_frame_rate,nb_frames,duration:\
+         format=format_name,format_long_name,duration";
     let mut arguments: Vec<OsString> =
         ["-hide_banner", "-loglevel", "repeat+level+error", "-of", "json"].map(OsString::from).into();
     // V: a cover of a music file is no video.
@@ -73,6 +80,7 @@ pub(super) fn probe(location: &Location, limit: Option<Duration>) -> Outcome<Pro
     let unusable = || Failure::failed(format_args!("cannot read {}: ffprobe said nothing of use", location.shown()));
     let told: Told =
         serde_json::from_slice(&output("ffprobe", &arguments, location, limit)?).map_err(|_| unusable())?;
+    only_what_was_named(location, told.format.format_name.as_deref().unwrap_or_default())?;
     let Some(stream) = told.streams.first() else {
         let kind = told.format.format_long_name.map_or(String::new(), |kind| format!(" (it is {kind})"));
         return Err(Failure::failed(format_args!("there is no video in {}{kind}", location.shown())));
@@ -87,7 +95,22 @@ pub(super) fn probe(location: &Location, limit: Option<Duration>) -> Outcome<Pro
     let usable = |frames: f64| (1.0..1e8).contains(&frames).then_some(frames.round() as usize);
     let claimed = number(&stream.nb_frames).and_then(usable);
     let frames = claimed.or_else(|| duration.zip(rate).and_then(|(duration, rate)| usable(duration * rate)));
-    Ok(Probed { format: Format::of(pixels, stream.color_range.as_deref()), rate, frames, claimed })
+    let size = stream.height.zip(stream.width).map(|(height, width)| Size { height, width });
+    Ok(Probed { format: Format::of(pixels, stream.color_range.as_deref()), rate, frames, claimed, size })
+}
+
+/// A file that names other files is no video: who was sent one does not know what it opens.
+fn only_what_was_named(location: &Location, format: &str) -> Outcome {
+    const NAME_OTHERS: [&str; 8] = ["hls", "concat", "dash", "sdp", "rtsp", "imf", "image2", "lavfi"];
+    let Location::File(file) = location else { return Ok(()) };
+    match format.split(',').find(|name| NAME_OTHERS.contains(name)) {
+        None => Ok(()),
+        Some(name) => Err(Failure::failed(format_args!(
+            "{} is a list of other files ({name}), but only a file that you name is opened",
+            file.display()
+        ))
+        .hint("name the video itself; ffmpeg joins parts: ffmpeg -i LIST -c copy VIDEO.mkv")),
+    }
 }
 
 impl Format {
