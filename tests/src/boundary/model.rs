@@ -15,6 +15,9 @@ use ndarray::Array2;
 use super::{any_float, real, text_of, whole};
 use crate::compare::Pair;
 
+/// Half a circle, and what f32 rounds it to.
+const ANGLE: f32 = std::f32::consts::PI + 1e-3;
+
 /// What of a rule's words bounds a parameter.
 fn bounds(rule: &str) -> Option<(f64, f64)> {
     let (_, rest) = rule.split_once("between ")?;
@@ -106,11 +109,11 @@ pub fn detector(bytes: &[u8]) {
 /// Everything that leaves is a number; only directions may be NaN, where there is none.
 pub fn is_finite(response: &Response) {
     assert!(response.map.iter().all(|value| value.is_finite()), "the response is finite");
-    assert!(response.direction.iter().all(|value| value.is_nan() || value.abs() <= 3.142), "angles");
+    assert!(response.direction.iter().all(|value| value.is_nan() || value.abs() <= ANGLE), "angles");
     for found in &response.detections {
         let Detection { x, y, score, direction, straightness, .. } = *found;
         assert!([x, y, score, straightness].iter().all(|value| value.is_finite()), "{found:?}");
-        assert!(direction.is_nan() || direction.abs() <= 3.142, "{found:?}");
+        assert!(direction.is_nan() || direction.abs() <= ANGLE, "{found:?}");
     }
     let EgoMotion { rotation, zoom, residual, .. } = response.ego_motion;
     let (dx, dy) = response.background_shift;

@@ -39,7 +39,7 @@ pub fn pipe(bytes: &[u8]) {
     let rest = input.take_rest();
     let (pictures, cut) = pipe_raw(raw, rest);
     let frame = width as usize * height as usize * if format == "gray" { 1 } else { 2 };
-    assert_eq!((pictures.len(), cut.is_some()), (rest.len() / frame, rest.len() % frame != 0));
+    assert_eq!((pictures.len(), cut.is_some()), (rest.len() / frame, !rest.len().is_multiple_of(frame)));
     pictures.iter().for_each(is_usable);
 }
 
