@@ -113,7 +113,7 @@ def batch(
     given = [f"--{name}={value}" for name, value in flags.items() if value is not None]
     switches = [f"--{name}" for name, wanted in {"resume": resume, "quiet": not progress}.items() if wanted]
     described = _flags(dict(options), Path(out))
-    argv = ["apgstmd", "batch", *given, *switches, *described, "--", *map(os.fspath, words)]
+    argv = ["apgstmd", "batch", *given, *switches, *described, "--", *[os.fspath(word) for word in words]]
     texts = _core.batch(argv) if client is None else _distribute(argv, client)
     return [_clip(json.loads(text), Path(out)) for text in texts]
 

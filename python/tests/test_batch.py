@@ -26,6 +26,9 @@ from scenes import textured_square, write_png
 
 TABLES = ("detections.csv", "tracks.csv")
 CLIPS = 6
+# They have no types.
+Client: Any = distributed.Client
+LocalCluster: Any = distributed.LocalCluster
 # Three detectors: a clip takes half a second, time enough to kill who does it.
 BANK: dict[str, Any] = {"speeds": [0.5, 1, 2], "sizes": [5]}
 EXAMPLE = Path(__file__).parents[2] / "examples" / "slurm_batch.py"
@@ -82,7 +85,7 @@ def test_options_and_failures(videos: list[Path], tmp_path: Path) -> None:
     bad.write_bytes(b"no video")
     options: dict[str, Any] = {"speed": 1.0, "rejection": "off", "report": True, "formats": ["jsonl"], "tracks": False}
     out = tmp_path / "out"
-    some = [videos[1], bad, str(videos[0] / "*.png"), videos[1]]
+    some: list[str | os.PathLike[str]] = [videos[1], bad, str(videos[0] / "*.png"), videos[1]]
     clips = apgstmd.batch(some, out, detection_max_peaks=5, stop=10, **options)
     assert [(clip.name, clip.done, clip.frames) for clip in clips] == [
         ("cam1", True, 10),
@@ -134,7 +137,7 @@ def test_the_console_script_starts_itself(videos: list[Path], undisturbed: Path,
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[distributed.LocalCluster]:
-    with distributed.LocalCluster(
+    with LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
     ) as cluster:
         yield cluster
@@ -159,7 +162,7 @@ def test_a_worker_is_killed_in_the_middle(
     videos: list[Path], undisturbed: Path, cluster: distributed.LocalCluster, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    with distributed.Client(cluster) as client:
+    with Client(cluster) as client:
         workers = list(client.run(os.getpid).values())
         assert len(workers) == 2
         killed: list[tuple[int, list[int]]] = []
@@ -199,7 +202,7 @@ def test_what_is_done_is_not_done_again(
     videos: list[Path], undisturbed: Path, cluster: distributed.LocalCluster, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    with distributed.Client(cluster) as client:
+    with Client(cluster) as client:
         # The same list half done here goes on there; a job that comes twice gives what stands there.
         first = apgstmd.batch(videos[:3], out, jobs=2, **BANK)
         clips = apgstmd.batch(videos, out, client=client, resume=True, **BANK)
