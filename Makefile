@@ -97,6 +97,7 @@ trust: boundary deny sbom agreement ## what the project promises of hostile inpu
 trust-long: trust fuzz asan tsan ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), AddressSanitizer, ThreadSanitizer
 
 boundary:
+	@python3 tools/unsafe.py --check
 	@echo "== boundaries, hostile files, extremes, dependencies"
 	@$(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
 	@$(CARGO) test --quiet --package apgstmd-cli --test hostile

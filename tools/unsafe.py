@@ -10,9 +10,10 @@ from pathlib import Path
 
 HEAD = """# Every unsafe block
 
-Written by `python3 tools/unsafe.py > docs/unsafe.md`; `make trust` fails where it is not up to date, and the list fails to be
-made where an argument is missing. `unsafe` is denied for the whole workspace and allowed function by function in
-`crates/apgstmd-core/src/row` alone. Miri and the sanitizers run over all of it: see [reliability](reliability.md).
+Written by `python3 tools/unsafe.py > docs/unsafe.md`; `--check` fails where it is not up to date, and the list fails to be made
+where an argument is missing. `unsafe` is denied for the whole workspace and allowed function by function in
+`crates/apgstmd-core/src/row` alone. `make miri`, `make asan` and `make tsan` are for it: see
+[reliability](reliability.md).
 """
 
 UNSAFE = re.compile(r"\bunsafe\s+(fn|impl|\{)|\bunsafe \{")

@@ -17,7 +17,10 @@ fn png_of(width: u32, height: u32) -> Vec<u8> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Sixteen);
-    drop(encoder.write_header().unwrap());
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).unwrap();
+    // What is missing is seen when it is dropped, and no matter here.
+    std::mem::forget(writer);
     bytes
 }
 
@@ -87,7 +90,7 @@ fn a_picture_that_unpacks_to_gigabytes() {
     }
     drop(rows);
     let begin = Instant::now();
-    apgstmd("run {in} --out {out}", frames.path(), &out).fails(1, &["25000 x 40000", "--largest-frame"]);
+    apgstmd("run {in} --out {out} --speed 1", frames.path(), &out).fails(1, &["25000 x 40000", "--largest-frame"]);
     assert!(begin.elapsed() < Duration::from_secs(60));
 }
 
@@ -163,7 +166,7 @@ fn ffmpeg_opens_only_what_was_named() {
             .output()
             .unwrap();
         common::Ran::from(ran).ok();
-        assert_eq!(json(&out.join("run.json"))["frames"]["processed"], 8, "{name:?}");
+        assert_eq!(json(&out.join("run.json"))["frames"], 8, "{name:?}");
     }
     // Where there is no file of that name, nothing is opened.
     let (_parent, out) = results();
@@ -253,6 +256,6 @@ fn a_picture_that_is_a_device() {
     let (_parent, out) = results();
     // It is no file, so it is no picture either.
     apgstmd("run {in} --out {out} --quiet --speed 1", frames.path(), &out).ok();
-    assert_eq!(json(&out.join("run.json"))["frames"]["processed"], 2);
+    assert_eq!(json(&out.join("run.json"))["frames"], 2);
     assert!(csv_rows(&out.join("detections.csv")).iter().all(|row| row.frame < 2));
 }

@@ -48,7 +48,7 @@ fn boxes(input: &mut Unstructured<'_>, wild: bool) -> Vec<TruthBox> {
         .map(|index| {
             let frame = whole(input, 0..=FRAMES as u32 - 1) as usize;
             let at = [place(input, wild), place(input, wild)];
-            let sides = [place(input, wild).abs(), place(input, wild).abs() / 3.0];
+            let sides = [place(input, wild).abs(), place(input, wild).abs() / 4.0];
             TruthBox {
                 visible: whole(input, 0..=3) > 0,
                 ignore: whole(input, 0..=5) == 0,
