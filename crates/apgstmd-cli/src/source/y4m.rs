@@ -35,12 +35,10 @@ impl Header {
             let start: String = String::from_utf8_lossy(&line[..line.len().min(16)]).escape_debug().collect();
             format!("expected YUV4MPEG2, but it begins with `{start}`")
         })?;
-        let header = Self::parse(&String::from_utf8_lossy(text))?;
-        limit.check(header.size)?;
-        Ok(Some(header))
+        Self::parse(&String::from_utf8_lossy(text), limit).map(Some)
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    fn parse(text: &str, limit: Limit) -> Result<Self, String> {
         let (mut width, mut height, mut rate, mut colour, mut range) = (None, None, None, "420jpeg", None);
         for word in text.split_ascii_whitespace() {
             let Some((tag, value)) = word.split_at_checked(1) else { continue };
@@ -57,6 +55,7 @@ impl Header {
             return Err("its YUV4MPEG2 header has no width and height".to_owned());
         };
         let size = Size { height, width };
+        limit.check(size)?;
         let (bits, chroma) = planes(colour, size)?;
         // Grey has always been full range, and so it is written to files; YUV is limited where nothing else is said.
         let limited = match range {
