@@ -99,7 +99,7 @@ trust-long: trust fuzz asan tsan ## the rest: fuzzing for FUZZ_TIME seconds a ta
 boundary:
 	@python3 tools/unsafe.py --check
 	@echo "== boundaries, hostile files, extremes, dependencies"
-	@$(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
+	@BOUNDARY_CHANGES=1000 EXTREMES_EVERY=1 $(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
 	@$(CARGO) test --quiet --package apgstmd-cli --test hostile
 
 deny: ## licences, sources and bans of every Rust package, without a network
