@@ -196,7 +196,7 @@ fn what_is_refused() {
         ("a --jobs 0", 2, "--jobs is 0"),
         ("a --threads 1000", 2, "--threads is 1000"),
         ("a --bit-depth 99", 2, "--bit-depth is 99"),
-        ("a --params none.toml", 2, "cannot read the parameters none.toml"),
+        ("a --params none.toml", 2, "none.toml: no such file"),
         ("a --box-size 5", 2, "--box-size is for"),
         ("a --speeds 1", 2, "--speed and --speeds"),
         ("a --start 5 --stop 3", 2, "--stop"),
