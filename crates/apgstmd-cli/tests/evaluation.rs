@@ -242,7 +242,7 @@ fn nonsense_on_the_command_line() {
         ("--frames 0", &["--frames is 0", "at least 1"]),
         ("--start 4", &["--start 4", "0 to 3"]),
         ("--start 3 --stop 3", &["--stop 3", "--start 3"]),
-        ("--radius -1", &["--radius is -1 px", "at least 0"]),
+        ("--radius -1", &["--radius is -1 px", "from 0 to 1e12"]),
         ("--radius nan", &["--radius is NaN"]),
         ("--margin inf", &["--margin is inf"]),
         ("--csv -", &["--csv needs the name of a file"]),
