@@ -29,7 +29,7 @@ test: ffmpeg chromium lint ## format, lints, Rust tests, wheel, Python tests, ty
 	@$(CARGO) test --workspace --quiet
 	@$(MAKE) --no-print-directory wheel
 	@echo "== pytest, against the installed wheel"
-	@$(PY) -m pytest --quiet
+	@$(PY) -m pytest --quiet --numprocesses 2 --dist loadfile
 	@echo "== mypy and stubtest"
 	@$(PY) -m mypy
 	@$(PY) -m mypy.stubtest apgstmd._core --mypy-config-file pyproject.toml

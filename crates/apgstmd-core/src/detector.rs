@@ -1,5 +1,7 @@
 //! The streaming detector: made once for a frame size, fed frame by frame.
 
+use std::slice::{from_mut, from_ref};
+
 use crate::detection::{Detection, Response};
 use crate::error::{FrameError, ParamError};
 use crate::filter::temporal::MOST_TOGETHER;
@@ -12,6 +14,7 @@ use crate::probe::Probe;
 use crate::region::{Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::stage::background::Finding;
 use crate::state::{Origin, Remember, State, StateError, Visit};
 use crate::timing::Timing;
 
@@ -207,6 +210,19 @@ impl Detector {
         self.advance(frame.into(), response, Some(timing))
     }
 
+    /// From now on it is given P and what is known of the background, which it shares with others.
+    pub(crate) fn share(&mut self) {
+        self.model.share();
+    }
+
+    /// The next frame of a detector that shares.
+    pub(crate) fn process_seen(&mut self, p: &Plane, found: &Finding, response: &mut Response, timing: &mut Timing) {
+        self.model.tell(found);
+        let (model, output) = (&mut self.model, &mut *response);
+        self.workers.run(move |bands| model.block(bands, from_ref(p), from_mut(output), Some(timing)));
+        self.report(from_mut(response));
+    }
+
     fn advance(
         &mut self,
         frame: Frame<'_>,
@@ -214,7 +230,7 @@ impl Detector {
         timing: Option<&mut Timing>,
     ) -> Result<(), FrameError> {
         self.take(0, frame, response)?;
-        self.compute(std::slice::from_mut(response), timing);
+        self.compute(from_mut(response), timing);
         Ok(())
     }
 
@@ -231,6 +247,11 @@ impl Detector {
         let Self { model, luminance, .. } = self;
         let (luminance, output) = (&luminance[..responses.len()], &mut *responses);
         self.workers.run(move |bands| model.block(bands, luminance, output, timing));
+        self.report(responses);
+    }
+
+    /// Makes of peaks what is reported.
+    fn report(&mut self, responses: &mut [Response]) {
         self.frames += responses.len() as u64;
         for response in responses {
             for found in &mut response.detections {

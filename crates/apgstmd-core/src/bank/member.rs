@@ -12,7 +12,7 @@ use super::spot::{Ideal, Profile, farthest, places};
 use crate::detection::{Detection, Response};
 use crate::detector::Detector;
 use crate::error::ParamError;
-use crate::frame::{Frame, Size};
+use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
@@ -106,7 +106,8 @@ impl Running {
     ) -> Result<Self, ParamError> {
         let params = bank.of(&member)?;
         let size = Size::new(full.height / member.scale, full.width / member.scale);
-        let detector = Detector::with_options(size, &params, &Machine { simd, ..Machine::with_threads(1) })?;
+        let mut detector = Detector::with_options(size, &params, &Machine { simd, ..Machine::with_threads(1) })?;
+        detector.share();
         let calibration = alike.unwrap_or_else(|| {
             let mut moved = params.clone();
             moved.detection.localise = Localise::Target;
@@ -171,11 +172,8 @@ impl Running {
 
     /// Takes the next frame, and makes candidates of what it shows.
     pub fn process(&mut self, level: &Level, seen: &mut Response) {
-        let frame = Frame::from(level.luminance.view());
         self.timing = Timing::default();
-        self.detector
-            .process_timed(frame, seen, &mut self.timing)
-            .expect("a level has the size of its members and luminance in [0, 1]");
+        self.detector.process_seen(&level.p, level.background.found(0), seen, &mut self.timing);
         let now = self.detector.frames();
         self.known.retain(|known| now.saturating_sub(known.last) <= FORGOTTEN);
         self.candidates.clear();

@@ -1,10 +1,11 @@
 //! A bank: detectors of several speeds and sizes on one stream, for targets of which neither is known.
 //!
-//! The members of a scale see the frame reduced by it, by area averaging: a member of 2 px/frame and 5 px at scale 2 sees
+//! The members of a scale see the frame reduced by it, by area averaging, and share what the retina makes of it and the
+//! background's motion: a member of 2 px/frame and 5 px at scale 2 sees
 //! targets of 4 px/frame and 10 px. Their detections are put onto the spot that moves with the response ([`spot`]), made
 //! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]).
 //!
-//! State: that of the members, and what the spots of their traces looked like so far.
+//! State: that of the members and of the background at each scale, and what the spots of their traces looked like so far.
 
 mod file;
 mod member;
@@ -24,7 +25,7 @@ use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
 use crate::state::{Origin, Remember, State, StateError, Visit};
-use crate::timing::Timing;
+use crate::timing::{Clock, Part, Timing};
 use member::Running;
 use merge::Merge;
 use pyramid::Level;
@@ -64,6 +65,8 @@ pub struct Bank {
     /// What the members saw.
     seen: Vec<Response>,
     merge: Merge,
+    /// Of the last frame, what the members share.
+    timing: Timing,
     workers: Workers,
 }
 
@@ -74,6 +77,9 @@ impl Remember for Bank {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("processed", &mut self.frames)?;
         visit.part("merge", &mut self.merge)?;
+        for level in &mut self.levels {
+            visit.part(&format!("background{}", level.scale), &mut level.background)?;
+        }
         self.members.iter_mut().enumerate().try_for_each(|(index, member)| visit.part(&index.to_string(), member))
     }
 }
@@ -106,8 +112,7 @@ impl Bank {
         };
         let workers = Workers::new(machine)?;
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
-        let levels: Vec<Level> =
-            levels.map(|scale| Level::new(size, *scale, &params.base.retina, machine.threads)).collect();
+        let levels: Vec<Level> = levels.map(|scale| Level::new(size, *scale, &params.base, machine.threads)).collect();
         let ideal = Ideal::new(&params.base.retina);
         let mut members: Vec<Running> = Vec::with_capacity(used.len());
         for member in used {
@@ -117,7 +122,17 @@ impl Bank {
         let seen = members.iter().map(Running::make_response).collect();
         let candidates = members.len() * params.base.detection.max_peaks as usize;
         let merge = Merge::new(candidates, params.most);
-        Ok(Self { params: params.clone(), frames: 0, region: None, levels, members, seen, merge, workers })
+        Ok(Self {
+            params: params.clone(),
+            frames: 0,
+            region: None,
+            levels,
+            members,
+            seen,
+            merge,
+            timing: Timing::default(),
+            workers,
+        })
     }
 
     /// Looks for targets in a region only: see [`crate::Detector::look_in`]. A reduced pixel is inside where any of its pixels is.
@@ -196,13 +211,20 @@ impl Bank {
             return Err(FrameError::Output { given: response.size(), expected: self.size() });
         }
         frame.into().write_luminance(&mut self.levels[0].luminance)?;
-        let Self { levels, members, seen, workers, merge, .. } = self;
+        let Self { levels, members, seen, workers, merge, timing, .. } = self;
         let output = &mut *response;
+        *timing = Timing::default();
+        let mut clock = Clock::start(Some(timing));
         workers.run(|bands| {
             for index in 0..levels.len() {
                 let (finer, level) = levels.split_at_mut(index);
                 level[0].process(bands, finer.last());
             }
+            clock.lap(Part::Retina);
+            bands.each((Slice(&mut *levels), ()), |(levels, ())| {
+                levels.0.iter_mut().for_each(|level| level.follow(bands));
+            });
+            clock.lap(Part::Rejection);
             let levels = &*levels;
             bands.each((Slice(&mut *members), Slice(&mut *seen)), |(members, seen)| {
                 for (running, seen) in members.0.iter_mut().zip(seen.0.iter_mut()) {
@@ -250,6 +272,7 @@ impl Bank {
         timing: &mut Timing,
     ) -> Result<(), FrameError> {
         self.process_into(frame, response)?;
+        *timing += &self.timing;
         self.members.iter().for_each(|running| *timing += &running.timing);
         Ok(())
     }
@@ -287,6 +310,7 @@ impl Bank {
     /// Forgets everything seen: the next frame is a first frame.
     pub fn reset(&mut self) {
         self.frames = 0;
+        self.levels.iter_mut().for_each(|level| level.background.reset());
         self.members.iter_mut().for_each(Running::reset);
         self.merge.reset();
     }

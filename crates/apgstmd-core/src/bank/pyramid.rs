@@ -1,27 +1,31 @@
-//! A level of the picture pyramid: luminance reduced by area averaging, and P of it.
+//! A level of the picture pyramid: luminance reduced by area averaging, and what its members share: P of it, and the
+//! background's motion.
 
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::params::RetinaParams;
+use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
+use crate::stage::background::Background;
 use crate::stage::retina::Retina;
 
 pub(super) struct Level {
     pub scale: usize,
     pub luminance: Plane,
     pub p: Plane,
+    pub background: Background,
     retina: Retina,
 }
 
-heap!(Level { luminance, p, retina });
+heap!(Level { luminance, p, background, retina });
 
 impl Level {
     /// Rows and columns left over at the end of a frame are not seen.
-    pub fn new(size: Size, scale: usize, params: &RetinaParams, threads: usize) -> Self {
+    pub fn new(size: Size, scale: usize, params: &Params, threads: usize) -> Self {
         let size = Size::new(size.height / scale, size.width / scale);
         let plane = || Plane::new(size);
-        Self { scale, luminance: plane(), p: plane(), retina: Retina::new(params, threads) }
+        let background = Background::new(size, params, 1);
+        Self { scale, luminance: plane(), p: plane(), background, retina: Retina::new(&params.retina, threads) }
     }
 
     /// Reduces the next finer level by two, and blurs. The finest has its luminance already.
@@ -40,6 +44,12 @@ impl Level {
         }
         retina.process(bands, luminance, p);
     }
+
+    /// Finds the background's motion on one thread.
+    pub fn follow(&mut self, bands: &Bands) {
+        self.background.look(bands.level(), &self.p, 0);
+        self.background.follow(bands.level(), &self.p, 0);
+    }
 }
 
 #[cfg(test)]
@@ -49,7 +59,7 @@ mod tests {
     #[test]
     fn levels_are_area_means() {
         let size = Size::new(50, 71);
-        let mut levels = [1, 2, 4].map(|scale| Level::new(size, scale, &RetinaParams::default(), 1));
+        let mut levels = [1, 2, 4].map(|scale| Level::new(size, scale, &Params::default(), 1));
         for y in 0..size.height {
             for (x, value) in levels[0].luminance.row_mut(y).iter_mut().enumerate() {
                 *value = ((7 * x + 13 * y) % 32) as f32 / 32.0;

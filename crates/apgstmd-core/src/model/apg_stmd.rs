@@ -16,6 +16,7 @@ use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
 use crate::stage::attention::Attention;
+use crate::stage::background::Finding;
 use crate::stage::facilitation::Facilitation;
 use crate::stage::lamina::Lamina;
 use crate::stage::lobula::Lobula;
@@ -68,19 +69,28 @@ impl ApgStmd {
         }
     }
 
-    /// The frames of which P is at hand, in which the scene goes on.
-    fn scene(&mut self, bands: &Bands, responses: &mut [Response], clock: &mut Clock<'_>) {
-        let Self { frames, p, l, attention, lamina, medulla, lobula, rejection, .. } = self;
-        let Self { prediction, facilitation, memorizer, .. } = self;
-        let (count, horizon) = (responses.len(), memorizer.horizon());
-        let l = &mut l[..count];
+    /// P_e of the frames of which P is at hand, and before which of them the scene is cut, of those from `looked_at` on. What
+    /// attention made of that one and the later ones is worth nothing: it must be forgotten with all else.
+    fn attend(&mut self, bands: &Bands, looked_at: usize) -> Option<usize> {
+        let Self { frames, p, attention, rejection, memorizer, .. } = self;
+        let horizon = memorizer.horizon();
         // The memorizer still stands at the frame before these.
         let predicted =
             |frame: usize| (*frames + frame as u64 >= horizon as u64).then(|| memorizer.ago(horizon - 1 - frame));
+        let mut cut = None;
+        let look = || cut = (looked_at..p.maps().len()).find(|frame| rejection.look(bands, &p.maps()[*frame], *frame));
+        bands.both(|| attention.process(bands, p, predicted), look);
+        cut
+    }
+
+    /// The frames of which P and P_e are at hand, in which the scene goes on.
+    fn scene(&mut self, bands: &Bands, responses: &mut [Response], clock: &mut Clock<'_>) {
+        let Self { frames, p, l, attention, lamina, medulla, lobula, rejection, .. } = self;
+        let Self { prediction, facilitation, memorizer, .. } = self;
+        let count = responses.len();
+        let l = &mut l[..count];
         let follow = || p.maps()[..count].iter().enumerate().for_each(|(frame, p)| rejection.follow(bands, p, frame));
         let sense = || {
-            attention.process(bands, p, predicted);
-            clock.lap_tiles(Part::Attention, attention.tiles());
             lamina.process(bands, attention.output(p), l);
             clock.lap(Part::Lamina);
             medulla.process(bands, l);
@@ -133,12 +143,13 @@ impl Wiring for ApgStmd {
             for (luminance, p) in luminance.iter().zip(self.p.maps_mut()) {
                 self.retina.process(bands, luminance, p);
             }
-            let Self { p, rejection, .. } = &mut *self;
-            let cut = (looked_at..luminance.len()).find(|frame| rejection.look(bands, &p.maps()[*frame], *frame));
             clock.lap(Part::Retina);
+            let cut = self.attend(bands, looked_at);
+            clock.lap_tiles(Part::Attention, self.attention.tiles());
             let (scene, next) = responses.split_at_mut(cut.unwrap_or(luminance.len()));
             if !scene.is_empty() {
                 self.p.keep(scene.len());
+                self.attention.keep(scene.len());
                 self.scene(bands, scene, &mut clock);
             }
             let Some(cut) = cut else { break };
@@ -146,6 +157,15 @@ impl Wiring for ApgStmd {
             self.rejection.begin_at(cut);
             (luminance, responses, looked_at) = (&luminance[cut..], next, 1);
         }
+    }
+
+    fn share(&mut self) {
+        self.retina.pass();
+        self.rejection.listen();
+    }
+
+    fn tell(&mut self, found: &Finding) {
+        self.rejection.tell(found);
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {

@@ -14,6 +14,7 @@ use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
+use crate::stage::background::Finding;
 use crate::stage::emd::Emd;
 use crate::stage::estmd::Estmd;
 use crate::stage::lamina::Lamina;
@@ -86,6 +87,15 @@ impl Wiring for Cascaded {
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &emd.e, response);
         clock.lap(Part::Facilitation);
+    }
+
+    fn share(&mut self) {
+        self.retina.pass();
+        self.rejection.listen();
+    }
+
+    fn tell(&mut self, found: &Finding) {
+        self.rejection.tell(found);
     }
 
     fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {

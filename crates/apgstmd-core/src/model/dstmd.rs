@@ -15,6 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::stage::background::Finding;
 use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
 use crate::stage::lobula::Lobula;
@@ -91,6 +92,15 @@ impl Wiring for Dstmd {
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);
+    }
+
+    fn share(&mut self) {
+        self.retina.pass();
+        self.rejection.listen();
+    }
+
+    fn tell(&mut self, found: &Finding) {
+        self.rejection.tell(found);
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {

@@ -18,6 +18,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
+use crate::stage::background::Finding;
 use crate::stage::rejection::Responses;
 use crate::state::Remember;
 use crate::tiles::Area;
@@ -40,6 +41,12 @@ pub(crate) trait Wiring: Heap + Remember + Send + Sync {
             self.step(bands, luminance, response, timing.as_deref_mut());
         }
     }
+
+    /// Is given P from now on, and told before each step what is known of the background: other detectors see the same.
+    fn share(&mut self);
+
+    /// Tells what the background does before the next step.
+    fn tell(&mut self, found: &Finding);
 
     /// A stage of the last frame, (maps, rows, columns), if the model has it. `bands` is one thread.
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>>;

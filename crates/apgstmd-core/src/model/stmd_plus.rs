@@ -15,6 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::stage::background::Finding;
 use crate::stage::lamina::Lamina;
 use crate::stage::lobula::Lobula;
 use crate::stage::medulla::Medulla;
@@ -85,6 +86,15 @@ impl Wiring for StmdPlus {
         clock.lap(Part::Rejection);
         readout.process(bands, rejection, &lobula.e, response);
         clock.lap(Part::Facilitation);
+    }
+
+    fn share(&mut self) {
+        self.retina.pass();
+        self.rejection.listen();
+    }
+
+    fn tell(&mut self, found: &Finding) {
+        self.rejection.tell(found);
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {

@@ -95,6 +95,12 @@ impl<T: Split, const N: usize> Split for [T; N] {
     }
 }
 
+impl Split for () {
+    fn split(self, _: usize) -> (Self, Self) {
+        ((), ())
+    }
+}
+
 impl<A: Split, B: Split> Split for (A, B) {
     fn split(self, rows: usize) -> (Self, Self) {
         let (a, b) = (self.0.split(rows), self.1.split(rows));

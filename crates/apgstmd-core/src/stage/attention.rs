@@ -126,6 +126,11 @@ impl Attention {
         }
     }
 
+    /// Lets go of all but the first `count` frames.
+    pub fn keep(&mut self, count: usize) {
+        self.pe.keep(count);
+    }
+
     /// What the lamina filters: P_e, or P and what attention adds to its changes.
     pub fn output<'a>(&'a self, p: &'a Series) -> (&'a Series, Option<&'a [Plane]>) {
         match &self.steps {

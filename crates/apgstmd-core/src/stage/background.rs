@@ -82,6 +82,8 @@ impl Finding {
 
 enum Estimator {
     Off,
+    /// What is found is told from outside.
+    Told,
     Translation(Box<Translation>),
     Similarity(Box<Similarity>),
 }
@@ -89,7 +91,7 @@ enum Estimator {
 impl Heap for Estimator {
     fn heap(&self) -> Memory {
         match self {
-            Self::Off => Memory::default(),
+            Self::Off | Self::Told => Memory::default(),
             Self::Translation(translation) => translation.heap(),
             Self::Similarity(similarity) => similarity.heap(),
         }
@@ -110,7 +112,7 @@ remember!(Background { estimator });
 impl Remember for Estimator {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         match self {
-            Self::Off => Ok(()),
+            Self::Off | Self::Told => Ok(()),
             Self::Translation(translation) => translation.show(visit),
             Self::Similarity(similarity) => similarity.show(visit),
         }
@@ -133,11 +135,22 @@ impl Background {
         Self { estimator, found: vec![none; together], none }
     }
 
+    /// Finds nothing by itself from now on: what it would find is told before each frame.
+    pub fn listen(&mut self) {
+        self.estimator = Estimator::Told;
+    }
+
+    /// What another one found about the next frame.
+    pub fn tell(&mut self, found: &Finding) {
+        self.found[0] = *found;
+    }
+
     /// Whether the scene was cut before this frame of those that are computed together.
     pub fn look(&mut self, level: Level, p: &Plane, frame: usize) -> bool {
         match &mut self.estimator {
             Estimator::Similarity(similarity) => similarity.look(level, p, frame),
-            _ => false,
+            Estimator::Told => self.found[frame].cut,
+            Estimator::Off | Estimator::Translation(_) => false,
         }
     }
 
@@ -152,6 +165,7 @@ impl Background {
     pub fn follow(&mut self, level: Level, p: &Plane, frame: usize) {
         self.found[frame] = match &mut self.estimator {
             Estimator::Off => self.none,
+            Estimator::Told => self.found[frame],
             Estimator::Translation(translation) => {
                 let (shift, residual) = translation.process(p);
                 let motion = Motion { shift: shift.unwrap_or((0.0, 0.0)), ..self.none.motion };
@@ -169,7 +183,7 @@ impl Background {
     pub fn reset(&mut self) {
         self.found.fill(self.none);
         match &mut self.estimator {
-            Estimator::Off => {}
+            Estimator::Off | Estimator::Told => {}
             Estimator::Translation(translation) => translation.reset(),
             Estimator::Similarity(similarity) => similarity.reset(),
         }

@@ -135,6 +135,15 @@ impl<const N: usize> Rejection<N> {
         }
     }
 
+    /// The background's motion is told from now on, before each frame.
+    pub fn listen(&mut self) {
+        self.background.listen();
+    }
+
+    pub fn tell(&mut self, found: &Finding) {
+        self.background.tell(found);
+    }
+
     /// Whether the scene is cut before a frame: then whatever remembers earlier frames must forget them. Call it before
     /// anything else sees P, for each of the frames that are computed together, until the first cut.
     pub fn look(&mut self, bands: &Bands, p: &Plane, frame: usize) -> bool {

@@ -13,6 +13,8 @@ use crate::row::convolve::{horizontal, vertical};
 
 pub(crate) struct Retina {
     taps: Vec<[f32; 1]>,
+    /// What it is given is P already.
+    passes: bool,
     scratch: Scratch<[Patch; 2]>,
 }
 
@@ -25,13 +27,23 @@ impl Retina {
         let sum = sum_of_half(&half);
         Self {
             taps: half.into_iter().map(|tap| [(tap / sum) as f32]).collect(),
+            passes: false,
             scratch: Scratch::new(threads, || {
                 [0, 1].map(|_| Patch::with_capacity(BAND_ROWS + 2 * radius, STRIP + 2 * radius))
             }),
         }
     }
 
+    /// Is given P from now on.
+    pub fn pass(&mut self) {
+        self.passes = true;
+    }
+
     pub fn process(&self, bands: &Bands, luminance: &Plane, p: &mut Plane) {
+        if self.passes {
+            p.data_mut().copy_from_slice(luminance.data());
+            return;
+        }
         let (size, stride, radius) = (p.size(), p.stride(), self.taps.len() - 1);
         let level = bands.level();
         bands.over(size.height, Rows { data: p.data_mut(), stride }, |range, mut out| {
