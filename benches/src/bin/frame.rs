@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use apgstmd_benches::{Running, clutter, practical};
+use apgstmd_benches::{Running, clutter, cpu_ms, practical};
 use apgstmd_core::params::RejectionMode;
 use apgstmd_core::{Frame, Machine, Params, Size, Timing};
 
@@ -90,10 +90,4 @@ fn blocks(running: &mut Running, frames: usize, together: usize) {
     let (least, middle) = (times[0], times[times.len() / 2]);
     let memory = running.detector.memory().resident as f64 / 1e6;
     println!("{together} frames together: min {least:.2} p50 {middle:.2} CPU {busy:.2} ms a frame | MB {memory:.0}");
-}
-
-/// Time that this thread was running, ms: what others take of the machine does not count.
-fn cpu_ms() -> f64 {
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    stat.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e6
 }

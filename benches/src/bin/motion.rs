@@ -140,8 +140,8 @@ fn table(what: &str, along: Along, values: &[f64], case: impl Fn(f64) -> Case) {
 }
 
 enum Finder {
-    One(Detector),
-    Several(Bank),
+    One(Box<Detector>),
+    Several(Box<Bank>),
 }
 
 impl Finder {
@@ -152,7 +152,7 @@ impl Finder {
             Along::Picture => Self::One(Detector::with_threads(size, params, 1).expect("parameters")),
             Along::World => {
                 let params = BankParams::with_members(params.clone(), &[1.0, 2.0, 4.0], &[5.0]);
-                Self::Several(Bank::new(size, &params).expect("parameters"))
+                Self::Several(Box::new(Bank::new(size, &params).expect("parameters")))
             }
         }
     }

@@ -19,6 +19,7 @@ use crate::params::Localise;
 use crate::region::{Rectangle, Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::state::{Remember, StateError, Visit};
+use crate::tiles::TILE;
 use crate::timing::Timing;
 
 /// Frames after which a trace that is not seen is forgotten.
@@ -240,15 +241,19 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
         }
         let (q, angle) = (seen.map.row(row), seen.direction.row(row));
         let (Some(q), Some(angle)) = (q.as_slice(), angle.as_slice()) else { continue };
-        if q.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
-            continue;
-        }
-        let out = map.chunks_mut(scale).zip(direction.chunks_mut(scale));
-        for ((q, angle), (map, direction)) in q.iter().zip(angle).zip(out) {
-            let value = q / unit;
-            for (map, direction) in map.iter_mut().zip(direction) {
-                if value > *map {
-                    (*map, *direction) = (value, *angle);
+        let out = map.chunks_mut(TILE * scale).zip(direction.chunks_mut(TILE * scale));
+        for ((q, angle), (map, direction)) in q.chunks(TILE).zip(angle.chunks(TILE)).zip(out) {
+            // Most of a frame is zero.
+            if q.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
+                continue;
+            }
+            let out = map.chunks_mut(scale).zip(direction.chunks_mut(scale));
+            for ((q, angle), (map, direction)) in q.iter().zip(angle).zip(out) {
+                let value = q / unit;
+                for (map, direction) in map.iter_mut().zip(direction) {
+                    if value > *map {
+                        (*map, *direction) = (value, *angle);
+                    }
                 }
             }
         }
