@@ -1,7 +1,7 @@
 //! How high scores must be for so many false alarms a frame, found from the detections of the clip itself.
 //!
 //! Clutter makes many traces that are above a threshold for some frames each, a target one or a few that stay above it. So
-//! rows are counted from the best score downward, and a trace that has been counted more often than [`LASTING`] allows is
+//! rows are counted from the best score downward, and a trace that has been counted more often than `LASTING` allows is
 //! taken for a target and no longer counts: the threshold for a rate R is the score at which the rest comes to R rows a
 //! frame. What is rarer than a window of frames can show is extrapolated: log-scores of clutter have an exponential tail.
 

@@ -34,7 +34,7 @@ pub fn prediction(params: &Params, direction: f64) -> Array2<f64> {
     Array2::from_shape_vec((side, side), prediction::kernel(params, radius, direction)).expect("a square of that side")
 }
 
-/// W_s = A [g]+ + B [g]-, g = G(sigma_2) - e G(sigma_3) - rho: lateral inhibition in the lobula.
+/// W_s = `A [g]+ + B [g]-`, g = G(sigma_2) - e G(sigma_3) - rho: lateral inhibition in the lobula.
 pub fn lateral(params: &Params) -> Array2<f64> {
     let g = lobula::opponent(&params.lobula);
     let side = 2 * g.radius + 1;
