@@ -1,5 +1,6 @@
 //! Text: parameter and scene files, tables, arguments, names.
 
+use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ use apgstmd_core::stimulus::{Renderer, Scene, truth_from_csv, truth_to_csv};
 use apgstmd_core::tracking::{TrackPoint, TrackState};
 use apgstmd_core::{BankParams, Detection, EgoMotion, Params};
 use arbitrary::Unstructured;
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use ndarray::Array3;
 
 use super::{any_float, text_of, whole};
@@ -172,14 +173,13 @@ pub fn written(bytes: &[u8]) {
 
 /// Arguments, one a line, are taken or refused with a message.
 pub fn arguments(bytes: &[u8]) {
+    const FLAGS: [&str; 8] =
+        ["--speed", "--false-alarms", "--speeds", "--simd", "--live", "--format", "--start", "--dump"];
     let text = text_of(bytes);
     let words: Vec<&str> = text.lines().collect();
-    let refused = |error: clap::Error| assert!(!error.to_string().is_empty());
-    if let Err(error) = Arguments::try_parse_from(std::iter::once("apgstmd").chain(words.iter().copied())) {
-        refused(error);
-    }
+    parsed(&mut words.iter().copied());
     // The values of flags, without finding the flag first.
-    for word in words {
+    for (word, flag) in words.iter().zip(FLAGS.iter().cycle()) {
         let _ = word.parse::<RawFormat>();
         if let Ok(place) = word.parse::<Place>() {
             assert_eq!(place.to_string().parse(), Ok(place), "{word}");
@@ -187,12 +187,20 @@ pub fn arguments(bytes: &[u8]) {
                 let _ = span.and_then(|span| span.of(1000, Some(25.0)));
             }
         }
-        for flag in ["--speed", "--false-alarms", "--speeds", "--simd", "--live", "--format", "--start", "--dump"] {
-            let flag = format!("{flag}={word}");
-            if let Err(error) = Arguments::try_parse_from(["apgstmd", "run", "x", &flag]) {
-                refused(error);
-            }
-        }
+        parsed(&mut ["run", "x", &format!("{flag}={word}")].into_iter());
+    }
+}
+
+/// Parses a command line, or is told why not.
+fn parsed(words: &mut dyn Iterator<Item = &str>) {
+    thread_local! {
+        // Making it takes a hundred times as long as parsing.
+        static COMMAND: RefCell<clap::Command> = RefCell::new(Arguments::command());
+    }
+    let words = std::iter::once("apgstmd").chain(words);
+    let arguments = COMMAND.with_borrow_mut(|command| command.try_get_matches_from_mut(words));
+    if let Err(error) = arguments.and_then(|matches| Arguments::from_arg_matches(&matches)) {
+        assert!(!error.to_string().is_empty());
     }
 }
 
