@@ -32,6 +32,18 @@ def textured_square(frames: int = 40) -> Iterator[NDArray[np.uint8]]:
         yield np.minimum(texture, square)
 
 
+def panned(frames: int, *, cut: int, blank: range) -> Iterator[NDArray[np.uint8]]:
+    """The camera goes 2 px a frame to the left, over another texture from frame `cut` on, and sees nothing in frames `blank`."""
+    for t in range(frames):
+        if t in blank:
+            yield np.full((HEIGHT, WIDTH), 200, np.uint8)
+            continue
+        coarse = np.random.default_rng(int(t >= cut)).integers(60, 250, (HEIGHT // 8, WIDTH), np.uint8)
+        texture = np.kron(coarse, np.ones((8, 8), np.uint8))
+        left = 2 * (frames - t)
+        yield texture[:HEIGHT, left : left + WIDTH]
+
+
 def write_png(path: Path, picture: NDArray[Any]) -> None:
     """Grey (H, W), RGB (H, W, 3) or RGBA (H, W, 4) of uint8 or uint16."""
     channels = 1 if picture.ndim == 2 else picture.shape[2]

@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import apgstmd
-from scenes import textured_square, write_png
+from scenes import moving_square, panned, textured_square, write_png
 
 FRAMES = 20
 
@@ -136,6 +136,115 @@ def test_the_scrubber_by_keyboard(shown: Shown) -> None:
     assert reached[:8] == ["first", "back", "play", "next", "last", "pace", "trails", "faint"]
 
 
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page of a camera that pans, with a cut before frame 12 and nothing to be seen in frames 20 to 23."""
+    file = tmp_path_factory.mktemp("moving") / "report.html"
+    frames = np.stack(list(panned(30, cut=12, blank=range(20, 24))))
+    found = apgstmd.run(frames, fps=25, speed=1.0, report=file)
+    assert found.summary["background"]["cuts"] == [12]
+    return file
+
+
+# Rows of pixels of a canvas that have a colour of the style sheet, column by column of as many as there are frames.
+INKED = """([id, name, frames]) => {
+  const canvas = document.getElementById(id);
+  const probe = document.createElement("canvas").getContext("2d");
+  probe.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  probe.fillRect(0, 0, 1, 1);
+  const wanted = probe.getImageData(0, 0, 1, 1).data;
+  const { width, height } = canvas;
+  return [...Array(frames).keys()].map((k) => {
+    const x = Math.floor((k + 0.3) * width / frames);
+    const data = canvas.getContext("2d").getImageData(x, 0, 1, height).data;
+    return [...Array(height).keys()].filter((y) => [0, 1, 2].every((c) => Math.abs(data[4 * y + c] - wanted[c]) < 3)).length;
+  });
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_lane_of_the_camera(browser: Browser, moving: Path, scheme: str) -> None:
+    shown = Shown(browser, moving, color_scheme=scheme)
+
+    def inked(name: str) -> list[int]:
+        rows: list[int] = shown.page.evaluate(INKED, ["camera", name, 30])
+        return rows
+
+    bars, unknown = inked("moved"), inked("unknown")
+    # Nothing to compare with, another scene, nothing to be seen.
+    without = {0, 12, *range(20, 24)}
+    assert {k for k, rows in enumerate(bars) if rows == 0} >= without
+    assert all(rows > 25 for k, rows in enumerate(bars) if k not in {*without, 24})
+    assert {k for k, rows in enumerate(unknown) if rows > 0} >= set(range(21, 24))
+    assert max(unknown[:20]) == 0
+    assert shown.page.evaluate(INKED, ["timeline", "moved", 30]) == [0] * 30
+    shown.page.focus("#slider")
+    readout = shown.page.locator("#caption .moved")
+    assert readout.count() == 0
+    assert shown.press(*["ArrowRight"] * 5) == 5
+    words = readout.inner_text()
+    assert words.startswith("Camera: background moved 2.0") and "\N{RIGHTWARDS ARROW}" in words, words
+    assert "background moved" in (shown.page.get_attribute("#slider", "aria-valuetext") or "")
+    assert shown.press(*["ArrowRight"] * 7) == 12
+    assert "cut before this frame" in readout.inner_text()
+    assert shown.press("Shift+ArrowRight") == 22
+    assert "does not tell" in readout.inner_text()
+    lane = shown.page.locator("#camera").bounding_box()
+    assert lane is not None
+    shown.page.mouse.click(lane["x"] + 0.5 * lane["width"], lane["y"] + 20)
+    assert shown.frame() in (14, 15)
+    cursor = shown.page.locator("#cursor").bounding_box()
+    assert cursor is not None
+    assert cursor["y"] + cursor["height"] >= lane["y"] + lane["height"] - 1
+    shown.close()
+
+
+def test_the_lane_on_a_phone(browser: Browser, moving: Path) -> None:
+    shown = Shown(browser, moving, viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True)
+    assert shown.overflow() <= 0
+    lane = shown.page.locator("#camera")
+    lane.scroll_into_view_if_needed()
+    box = lane.bounding_box()
+    assert box is not None
+    shown.page.touchscreen.tap(box["x"] + 0.99 * box["width"], box["y"] + box["height"] / 2)
+    assert shown.frame() == 29
+    assert shown.overflow() <= 0
+    shown.close()
+
+
+def test_no_lane_where_the_camera_stands_still(shown: Shown) -> None:
+    assert shown.page.locator("#camera").count() == 0
+    assert "Camera: not followed" in shown.page.inner_text("#still")
+    assert shown.page.locator("#caption .moved").count() == 0
+
+
+def test_the_border_of_the_region(browser: Browser, tmp_path: Path) -> None:
+    file = tmp_path / "report.html"
+    frames = np.stack(list(moving_square(30)))
+    apgstmd.run(frames, speed=1.0, rejection="off", roi=[(0, 0, 96, 34), (0, 0, 30, 50)], report=file)
+    shown = Shown(browser, file)
+    shown.page.focus("#slider")
+    shown.press("End")
+    assert shown.page.locator("#marks > path").count() == 2
+    lines = shown.page.locator("#marks > path").first.get_attribute("d")
+    assert lines == "M30 34L96 34M0 50L30 50M30 34L30 50"
+    # Where a target is there is no line.
+    free = shown.page.locator("#free circle").first
+    x, y = (float(free.get_attribute(name) or "nan") for name in ("cx", "cy"))
+    assert abs(x - 49.5) < 4 and abs(y - 32.5) < 4
+    assert "within the thin line only" in shown.page.inner_text("#viewer")
+    shown.page.locator("#paths").scroll_into_view_if_needed()
+    # The picture below is faint, the line is not.
+    opacity = """(y) => {
+      const canvas = document.getElementById("paths"), scale = canvas.width / 96;
+      return canvas.getContext("2d").getImageData(0.75 * canvas.width, Math.round(y * scale), 1, 1).data[3];
+    }"""
+    shown.until(lambda: shown.page.evaluate(opacity, 45) > 0)
+    assert shown.page.evaluate(opacity, 34) > shown.page.evaluate(opacity, 45) + 40
+    assert shown.page.evaluate(opacity, 50) == shown.page.evaluate(opacity, 45)
+    shown.close()
+
+
 def test_playing(shown: Shown) -> None:
     shown.press(" ")
     assert shown.page.get_attribute("#play", "aria-pressed") == "true"
@@ -228,8 +337,10 @@ def test_names_stay_text(browser: Browser, tmp_path: Path) -> None:
 
 
 def test_twenty_thousand_frames(browser: Browser, tmp_path: Path) -> None:
-    pictures = b"".join(frame[8:56, 16:80].tobytes() for frame in textured_square(40))
-    flags = ["--raw=64x48", "--fps=60", "--speed=1", "--rejection=off", "--quiet", f"--out={tmp_path / 'out'}"]
+    # The camera goes up and down, 1 px a frame.
+    frames = (np.roll(frame, abs(t - 20), axis=0) for t, frame in enumerate(textured_square(40)))
+    pictures = b"".join(frame[8:56, 16:80].tobytes() for frame in frames)
+    flags = ["--raw=64x48", "--fps=60", "--speed=1", "--rejection=motion", "--quiet", f"--out={tmp_path / 'out'}"]
     file = tmp_path / "report.html"
     command = [sys.executable, "-m", "apgstmd", "run", "-", f"--report={file}", *flags]
     subprocess.run(command, input=pictures * 500, check=True)
@@ -245,6 +356,9 @@ def test_twenty_thousand_frames(browser: Browser, tmp_path: Path) -> None:
     # There are some hundred pictures: another frame's is named.
     assert "picture of frame 19968, 11 frames earlier" in shown.page.inner_text("#caption")
     assert shown.page.locator("#marks circle").count() > 0
+    assert "Camera: background moved 1.0" in shown.page.inner_text("#caption")
+    # A bar stands for 32 frames.
+    assert min(shown.page.evaluate(INKED, ["camera", "moved", 600])) > 15
     widths = shown.page.evaluate("[...document.querySelectorAll('canvas')].map(c => c.width)")
     assert min(widths) > 100
     shown.close()

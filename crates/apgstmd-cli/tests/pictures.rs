@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use common::{
-    HEIGHT, ROW, Ran, WIDTH, apgstmd, column, command, csv_rows, ffmpeg, folder, json, picture, piped, programs,
-    results, with_path,
+    HEIGHT, ROW, Ran, WIDTH, apgstmd, column, command, csv_rows, ffmpeg, folder, json, page_data, picture, piped,
+    programs, results, with_path,
 };
 
 const LINE: &str = "run {in} --out {out} --speed 1 --rejection off";
@@ -95,6 +95,48 @@ fn rings_leave_targets_visible() {
     }
     assert!(video.colour(2, 8.0) < 8.0, "nothing is known in the third frame");
     assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 2, "no half files stay");
+}
+
+/// The border of the region: a thin line on every picture, the video and the page, and nothing upon a target that it goes through.
+#[test]
+fn the_border_of_a_region() {
+    let frames = folder(40);
+    let edge = 34 * SCALE;
+    let run = |flags: &str| {
+        let (parent, out) = results();
+        let line = format!("{LINE} --overlay --video {{out}}.mkv --report {{out}}.html {flags}");
+        apgstmd(&line, frames.path(), &out).ok();
+        let overlay = image::open(out.join("overlay/f_38.png")).unwrap().into_rgb8();
+        assert_eq!(csv_rows(&out.join("detections.csv")).iter().filter(|row| row.frame == 38).count(), 1);
+        let page = page_data(&out.with_extension("html"));
+        (overlay, decode(&out.with_extension("mkv")), page, parent)
+    };
+    let (free, video_free, page_free, _a) = run("");
+    let (bound, video_bound, page_bound, _b) = run("--roi 96x34+0+0");
+    let (cx, cy) = ((column(38) + 0.5) * SCALE as f64, (ROW + 0.5) * SCALE as f64);
+    let mut lines = [0, 0];
+    // To the left there are detections of the first frames, in which what is outside has its part.
+    let width = WIDTH as usize * SCALE;
+    for (x, y, pixel) in bound.enumerate_pixels().filter(|(x, ..)| *x as usize > width / 3) {
+        let before = free.get_pixel(x, y);
+        let difference = f64::from(pixel.0[1]) - f64::from(before.0[1]);
+        let (dx, dy) = (f64::from(x) + 0.5 - cx, f64::from(y) + 0.5 - cy);
+        match y as usize + 1 {
+            _ if dx.hypot(dy) < 7.0 * SCALE as f64 => assert_eq!(pixel, before, "({x}, {y}) is at the target"),
+            row if row == edge => lines[0] += usize::from(difference > 4.0),
+            row if row == edge + 1 => lines[1] += usize::from(difference < -40.0),
+            _ => assert_eq!(pixel, before, "({x}, {y})"),
+        }
+    }
+    // But for the ring.
+    assert!(lines.iter().all(|line| *line > 2 * width / 3 - 110), "{lines:?}");
+    let dark = |video: &Decoded, x: f64| video.pixel(38, x, edge as f64).1;
+    for x in [40.0, 100.0, 540.0] {
+        assert!(dark(&video_bound, x) < dark(&video_free, x) - 25.0, "{x}");
+    }
+    assert!(page_free.1["outline"].is_null() && !page_free.0.contains("within the thin line"));
+    assert_eq!(page_bound.1["outline"], serde_json::json!([[0, 34, 96, 34]]));
+    assert!(page_bound.0.contains("within the thin line only, in 53.1 % of the picture"));
 }
 
 /// The response is bright at the target and dark far from it.
@@ -270,15 +312,6 @@ fn interrupted_files_are_whole() {
     assert!(text.ends_with("</html>") && text.contains("The run was interrupted"));
 }
 
-/// The data of a page.
-fn data(path: &Path) -> (String, serde_json::Value) {
-    let text = fs::read_to_string(path).unwrap();
-    let begin = text.find(r#"id="data">"#).unwrap() + r#"id="data">"#.len();
-    let end = begin + text[begin..].find("</script>").unwrap();
-    let data = serde_json::from_str(&text[begin..end]).unwrap();
-    (text, data)
-}
-
 /// All that was found is in the page, for each frame; names are data and nothing else.
 #[test]
 fn a_page_holds_what_was_found() {
@@ -288,7 +321,7 @@ fn a_page_holds_what_was_found() {
     fs::rename(frames.path(), &odd).unwrap();
     let page = parent.path().join("found.html");
     apgstmd_with(&odd, &out, &["--fps", "30", "--report", page.to_str().unwrap()]).ok();
-    let (text, data) = data(&page);
+    let (text, data) = page_data(&page);
     assert_eq!(text.matches("<script").count(), 2, "the data and the program");
     assert!(!text.contains("<script>alert") && !text.contains("<!--"));
     assert!(
@@ -332,7 +365,7 @@ fn warnings_are_told() {
     let record = json(&out.join("run.json"));
     assert_eq!(record["warnings"][0]["about"], "duplicates");
     assert!(record["warnings"][0]["advice"].as_str().unwrap().contains("--step 2"));
-    assert!(data(&page).0.contains(warning));
+    assert!(page_data(&page).0.contains(warning));
     // Twice as fast as the detector is tuned to, and more.
     for frame in 0..30 {
         picture(2 * frame).save(frames.path().join(format!("f_{frame}.png"))).unwrap();

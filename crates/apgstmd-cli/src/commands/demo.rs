@@ -54,12 +54,12 @@ pub(crate) fn main(args: DemoArgs) -> Outcome {
     let all = Selection::all(scene.frames);
     let sources = all.turns(readers(threads));
     let sources = sources.map(|part| Box::new(SceneFrames::new(&renderer, part)) as Box<dyn FrameSource>).collect();
-    let report = drive(sources, &options, None, || {
+    let report = drive(sources, &options, None, |_| {
         results.prepare()?;
         let frames: Vec<usize> = (0..scene.frames).collect();
         Ok(vec![
             Box::new(Csv::new(Target::file(&args.out.join(results::CSV))?)?) as Box<dyn Sink + '_>,
-            Box::new(Overlay::new(&args.out, "demo scene".to_owned(), Some(&frames), false)?),
+            Box::new(Overlay::new(&args.out, "demo scene".to_owned(), Some(&frames), false, None)?),
             Box::new(Collect(&mut found)),
         ])
     });

@@ -1,13 +1,15 @@
 //! What the page of `--report` says of a run.
 
-use apgstmd_core::Timing as Stages;
+use apgstmd_core::params::{BackgroundMotion, RejectionMode};
+use apgstmd_core::{Size, Timing as Stages};
 
 use super::count;
 use super::pipeline::Report;
 use crate::Outcome;
 use crate::footage::Warning;
 use crate::settings::RunSettings;
-use crate::sink::report::{About, Fact, Gathered, Mark, Share};
+use crate::sink::report::{About, Fact, Gathered, LEAST_SHIFT, Mark, Share};
+use crate::sink::run_json::RegionRecord;
 
 pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report, warnings: &[Warning]) -> Outcome {
     // Without a first frame nothing was opened, and nothing is left behind.
@@ -19,6 +21,13 @@ pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report
             "{} of {} are kept as pictures; other frames show the nearest of them, with their own detections.",
             gathered.pictures(),
             count(report.frames, "frame")
+        ));
+    }
+    let region = settings.look_in.as_ref().and_then(|look_in| RegionRecord::of(look_in, size));
+    if let Some(RegionRecord { share, .. }) = region {
+        let share = 100.0 * share;
+        notes.push(format!(
+            "Targets were looked for within the thin line only, in {share:.1} % of the picture (--roi, --mask)."
         ));
     }
     if report.interrupted {
@@ -37,6 +46,7 @@ pub(super) fn write(gathered: &Gathered, settings: &RunSettings, report: &Report
         subtitle: format!("{} of {} x {} px{told}", count(report.frames, "frame"), size.width, size.height),
         facts: facts(gathered, report),
         warnings: warnings.iter().map(sentences).collect(),
+        still: still(settings, report, size),
         notes,
         stages: stages(&report.stages, report.frames),
         stages_note: stages_note(settings),
@@ -99,6 +109,33 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
         facts.push(fact(live.dropped.to_string(), "frames dropped", "live: always the newest".to_owned()));
     }
     facts
+}
+
+/// Why the page has nothing to show of the camera's motion, where that is so.
+fn still(settings: &RunSettings, report: &Report, size: Size) -> Option<String> {
+    let rejection = &settings.bank.as_ref().map_or(&settings.params, |bank| &bank.base).rejection;
+    if rejection.mode != RejectionMode::Motion || rejection.background == BackgroundMotion::Off {
+        return Some(
+            "Camera: not followed, which takes the rejection \"motion\" with rejection.background other than \"off\"."
+                .to_owned(),
+        );
+    }
+    let background = &report.background;
+    // Of a corner of the picture.
+    let turned =
+        0.5 * (size.width as f32).hypot(size.height as f32) * (background.largest_rotation + background.largest_zoom);
+    if background.largest_shift.max(turned) >= LEAST_SHIFT || !background.cuts.is_empty() {
+        return None;
+    }
+    let told = format!("Camera: it did not move, by less than {LEAST_SHIFT} px from frame to frame");
+    Some(match background.unexplained {
+        0 => format!("{told}."),
+        unexplained => format!(
+            "{told}; in {} of {} the picture does not tell, and it is taken to stand still.",
+            unexplained,
+            count(report.frames, "frame")
+        ),
+    })
 }
 
 /// As sentences of their own.

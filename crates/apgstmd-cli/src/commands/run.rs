@@ -3,7 +3,9 @@
 use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
+use apgstmd_core::Size;
 use sha2::{Digest, Sha256};
 
 use super::pipeline::{self, Checkpoint, Checkpoints, Options, Report, drive};
@@ -18,6 +20,7 @@ use crate::settings::{Destination, PictureSettings, RunSettings, TrackSettings, 
 use crate::sink::Sink;
 use crate::sink::camera::CameraCsv;
 use crate::sink::dump::Dump;
+use crate::sink::outline::Outline;
 use crate::sink::overlay::Overlay;
 use crate::sink::poster::Poster;
 use crate::sink::report::{Gather, Gathered};
@@ -84,7 +87,7 @@ pub(crate) fn main(args: Box<RunArgs>, host: Host) -> Outcome {
     let codec = settings.pictures.video.as_ref().map(|_| Codec::choose()).transpose()?;
     let gather = gathered.as_mut();
     let mut report =
-        drive(sources, &options, from, || open_sinks(&settings, &results, lengths, gather, codec, host.sink));
+        drive(sources, &options, from, |size| open_sinks(&settings, &results, size, lengths, gather, codec, host.sink));
     if report.empty && source.count() > 0 {
         report.failure = Some(settings.span.nothing_left(source.count()));
     }
@@ -183,6 +186,7 @@ fn file_of(format: Format) -> &'static str {
 fn open_sinks<'a>(
     settings: &RunSettings,
     results: &Option<Results>,
+    size: Size,
     lengths: Option<Lengths>,
     gathered: Option<&'a mut Gathered>,
     codec: Option<Codec>,
@@ -191,6 +195,7 @@ fn open_sinks<'a>(
     if let (Some(results), None) = (results, &lengths) {
         results.prepare()?;
     }
+    let outline = outline(settings, size)?;
     let mut sinks: Vec<Box<dyn Sink + 'a>> = Vec::new();
     for (index, format) in settings.formats.iter().enumerate() {
         let length = lengths.as_ref().map(|lengths| lengths.tables[index]);
@@ -227,12 +232,13 @@ fn open_sinks<'a>(
     }
     if let (true, Destination::Folder(folder)) = (settings.overlay, &settings.destination) {
         let frames = settings.selection.as_ref().map(Selection::frames);
-        sinks.push(Box::new(Overlay::new(folder, settings.source.shown(), frames, true)?));
+        sinks.push(Box::new(Overlay::new(folder, settings.source.shown(), frames, true, outline.clone())?));
     }
     if let Some(path) = &settings.poster {
         sinks.push(Box::new(Poster::new(path)));
     }
     if let Some(gathered) = gathered {
+        gathered.outline = outline.clone();
         sinks.push(Box::new(Gather(gathered)));
     }
     if let Some(sink) = host {
@@ -242,9 +248,19 @@ fn open_sinks<'a>(
     if let (Some(path), Some(codec)) = (&settings.pictures.video, codec) {
         let rate = seconds_between(&settings.source, settings.span).ok().map(f64::recip);
         let (path, response, bank) = (path.clone(), settings.pictures.response, settings.bank.is_some());
-        sinks.push(Box::new(Video::new(VideoOptions { path, codec, rate, response, bank })?));
+        sinks.push(Box::new(Video::new(VideoOptions { path, codec, rate, response, bank, outline })?));
     }
     Ok(sinks)
+}
+
+/// The border of the region, where pictures are to show it.
+fn outline(settings: &RunSettings, size: Size) -> Outcome<Option<Rc<Outline>>> {
+    match &settings.look_in {
+        Some(look_in) if settings.overlay || settings.pictures.any() => {
+            Ok(Some(Rc::new(Outline::of(&look_in.region(size)?))))
+        }
+        _ => Ok(None),
+    }
 }
 
 fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], folder: &Path) -> Outcome {

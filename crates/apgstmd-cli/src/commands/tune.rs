@@ -68,7 +68,7 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
         checkpoints: None,
     };
     let rows = Rows::default();
-    let report = drive(sources, &options, None, || Ok(vec![Box::new(rows.clone()) as Box<dyn Sink>]));
+    let report = drive(sources, &options, None, |_| Ok(vec![Box::new(rows.clone()) as Box<dyn Sink>]));
     match report.failure {
         Some(_) if report.empty && source.count() > 0 => return Err(settings.span.nothing_left(source.count())),
         Some(failure) => return Err(failure),

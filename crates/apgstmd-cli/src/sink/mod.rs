@@ -3,6 +3,7 @@
 pub(crate) mod beside;
 pub mod camera;
 pub mod dump;
+pub mod outline;
 pub mod overlay;
 mod png;
 pub mod poster;

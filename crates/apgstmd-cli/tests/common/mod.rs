@@ -221,3 +221,12 @@ pub fn with_path(folder: &Path, words: &[&str], input: &Path) -> Command {
     run.arg("run").args(words).arg(input).env("PATH", path).stdin(std::process::Stdio::null());
     run
 }
+
+/// A page, and the data in it.
+pub fn page_data(path: &Path) -> (String, serde_json::Value) {
+    let text = fs::read_to_string(path).unwrap();
+    let begin = text.find(r#"id="data">"#).unwrap() + r#"id="data">"#.len();
+    let end = begin + text[begin..].find("</script>").unwrap();
+    let data = serde_json::from_str(&text[begin..end]).unwrap();
+    (text, data)
+}

@@ -138,13 +138,13 @@ impl Report {
     }
 }
 
-/// Takes one frame from each of `sources` in turn, to their end, an error or Ctrl-C. `open` makes the sinks once the
-/// first frame is accepted. `from` is where an earlier run came to, of which the frames are left out by the sources.
+/// Takes one frame from each of `sources` in turn, to their end, an error or Ctrl-C. `open` makes the sinks, for frames of
+/// a size, once the first one is accepted. `from` is where an earlier run came to, of which the frames are left out by the sources.
 pub(super) fn drive<'s>(
     sources: Vec<Box<dyn FrameSource + '_>>,
     options: &Options<'_>,
     from: Option<Checkpoint>,
-    open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
+    open: impl FnOnce(Size) -> Outcome<Vec<Box<dyn Sink + 's>>>,
 ) -> Report {
     let expected = sources.iter().map(|source| source.expected()).sum();
     let mut report = Report { readers: sources.len(), ..Report::default() };
@@ -177,7 +177,7 @@ fn feed<'s>(
     sources: Vec<Box<dyn FrameSource + '_>>,
     options: &Options<'_>,
     from: Option<Checkpoint>,
-    open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
+    open: impl FnOnce(Size) -> Outcome<Vec<Box<dyn Sink + 's>>>,
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
     bar: &ProgressBar,
@@ -218,7 +218,7 @@ fn feed<'s>(
 #[expect(clippy::too_many_arguments, reason = "called from one place")]
 fn write<'s>(
     results: Receiver<Message>,
-    open: impl FnOnce() -> Outcome<Vec<Box<dyn Sink + 's>>>,
+    open: impl FnOnce(Size) -> Outcome<Vec<Box<dyn Sink + 's>>>,
     sinks: &mut Vec<Box<dyn Sink + 's>>,
     report: &mut Report,
     options: &Options<'_>,
@@ -230,7 +230,9 @@ fn write<'s>(
     let (mut traces, mut footage) = (Traces::default(), Footage::new(tuned(options)));
     if let Some(writing) = from {
         // What is there is cut back at once, whether frames are left or not.
-        *sinks = open.take().map_or_else(|| Ok(Vec::new()), |open| open())?;
+        if let (Some(open), Some(size)) = (open.take(), report.size) {
+            *sinks = open(size)?;
+        }
         report.resumed_after = Some(writing.frames);
         Writing { frames: report.frames, found: report.found, background: report.background, traces, footage, .. } =
             writing;
@@ -253,7 +255,7 @@ fn write<'s>(
             }
         };
         if let Some(open) = open.take() {
-            *sinks = open()?;
+            *sinks = open(size)?;
             report.size = Some(size);
         }
         outcome = sinks.iter_mut().try_for_each(|sink| sink.frame(&seen));
@@ -394,7 +396,7 @@ mod tests {
             checkpoints: None,
         };
         let sink = Slow { work, taken, late: Arc::clone(&late) };
-        let report = drive(vec![Box::new(camera)], &options, None, || Ok(vec![Box::new(sink) as Box<dyn Sink>]));
+        let report = drive(vec![Box::new(camera)], &options, None, |_| Ok(vec![Box::new(sink) as Box<dyn Sink>]));
         assert!(report.failure.is_none() && !report.interrupted);
         let late = late.lock().unwrap();
         let live = report.live.unwrap();
@@ -431,7 +433,7 @@ mod tests {
             span: Span::ALL,
             checkpoints: None,
         };
-        let report = drive(vec![Box::new(camera)], &options, None, || Ok(Vec::new()));
+        let report = drive(vec![Box::new(camera)], &options, None, |_| Ok(Vec::new()));
         assert_eq!((report.frames, report.left_out.len()), (15, 0));
         assert!(report.live.is_none());
     }

@@ -10,6 +10,7 @@ use image::imageops::{FilterType, resize};
 use super::canvas::{Canvas, FAINT, GROUND, INK, Rgb, text_width};
 use super::inset;
 use super::trails::{Place, Trails};
+use crate::sink::outline::Outline;
 
 /// What is to be drawn of a frame.
 pub(in crate::sink) struct Scene<'a> {
@@ -18,6 +19,8 @@ pub(in crate::sink) struct Scene<'a> {
     pub clear: &'a [Detection],
     /// Detections much weaker than the strongest.
     pub faint: &'a [Detection],
+    /// The border of the region.
+    pub outline: Option<&'a Outline>,
     pub trails: &'a Trails,
     pub frame: usize,
     pub name: &'a str,
@@ -59,6 +62,9 @@ pub(in crate::sink) fn annotate(scene: &Scene<'_>, scale: f32) -> Canvas {
     let line = (0.002 * width as f32).clamp(1.2, 2.2);
     let pen = Pen { scene, scale, radius, line, letters, height };
 
+    if let Some(outline) = scene.outline {
+        pen.outline(&mut canvas, &enlarged, outline);
+    }
     for detection in scene.faint {
         let (x, y) = pen.at(detection.x, detection.y);
         canvas.ring(x, y, radius, 1.0, INK, 0.28);
@@ -115,6 +121,22 @@ pub(in crate::sink) fn repeat(picture: &RgbImage, times: u32) -> RgbImage {
 impl Pen<'_> {
     fn at(&self, x: f32, y: f32) -> (f32, f32) {
         ((x + 0.5) * self.scale, (y + 0.5) * self.scale)
+    }
+
+    /// Under everything else, and not inside rings.
+    fn outline(&self, canvas: &mut Canvas, enlarged: &RgbImage, Outline(lines): &Outline) {
+        let place = |edge: usize| (edge as f32 * self.scale).round();
+        for &[x, y, u, v] in lines {
+            let (x, y, u, v) = (place(x), place(y), place(u), place(v));
+            let (width, height) = if y == v { (u - x, 1.0) } else { (1.0, v - y) };
+            let (back, up) = if y == v { (0.0, 1.0) } else { (1.0, 0.0) };
+            canvas.rectangle(x, y, width, height, [0, 0, 0], 0.35);
+            canvas.rectangle(x - back, y - up, width, height, INK, 0.6);
+        }
+        for detection in self.scene.clear.iter().chain(self.scene.faint) {
+            let (x, y) = self.at(detection.x, detection.y);
+            canvas.paste_disc(enlarged, x, y, self.radius);
+        }
     }
 
     fn trail(&self, canvas: &mut Canvas, trace: u64, places: &[Place]) {
@@ -215,11 +237,13 @@ mod tests {
             trails.add(frame, &[target]);
         }
         for scale in [1.0, 3.0] {
-            let draw = |clear: &[Detection], trails: &Trails| {
-                annotate(&Scene { picture: &picture, clear, faint: &[], trails, frame: 40, name: "" }, scale)
+            let draw = |clear: &[Detection], outline: Option<&Outline>, trails: &Trails| {
+                annotate(&Scene { picture: &picture, clear, faint: &[], outline, trails, frame: 40, name: "" }, scale)
             };
-            let bare = draw(&[], &Trails::default()).rgb();
-            let canvas = draw(&[target], &trails);
+            let bare = draw(&[], None, &Trails::default()).rgb();
+            // The border goes through the target.
+            let border = Outline(vec![[0, 44, 120, 44], [60, 0, 60, 90]]);
+            let canvas = draw(&[target], Some(&border), &trails);
             let drawn = canvas.rgb();
             let (cx, cy) = ((target.x + 0.5) * scale, (target.y + 0.5) * scale);
             let (mut inside, mut changed) = (0, 0);

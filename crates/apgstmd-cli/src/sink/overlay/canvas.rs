@@ -61,6 +61,23 @@ impl Canvas {
         }
     }
 
+    /// Copies a disc of a picture of the size of the canvas, or of its upper part.
+    pub fn paste_disc(&mut self, picture: &RgbImage, x: f32, y: f32, radius: f32) {
+        let width = self.width();
+        let range = |centre: f32, length: u32| {
+            let end = (centre + radius).ceil().max(0.0) as u32;
+            (centre - radius).floor().max(0.0) as u32..end.min(length)
+        };
+        for v in range(y, picture.height().min(self.height())) {
+            for u in range(x, picture.width().min(width)) {
+                if (u as f32 + 0.5 - x).hypot(v as f32 + 0.5 - y) < radius {
+                    let [r, g, b] = picture.get_pixel(u, v).0;
+                    self.pixmap.pixels_mut()[(v * width + u) as usize] = opaque(r, g, b);
+                }
+            }
+        }
+    }
+
     /// Copies another canvas.
     pub fn paste_canvas(&mut self, other: &Self, left: u32, top: u32) {
         let paint = tiny_skia::PixmapPaint::default();

@@ -11,6 +11,7 @@ use std::collections::{HashSet, VecDeque};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use apgstmd_core::Size;
 
@@ -18,6 +19,7 @@ use self::annotate::{Scene, annotate};
 use self::canvas::Canvas;
 use self::tone::Tone;
 use self::trails::Trails;
+use super::outline::Outline;
 use super::results::{OVERLAY, STRIP};
 use super::{Seen, Sink, png as picture};
 use crate::Outcome;
@@ -37,6 +39,7 @@ pub struct Overlay {
     frames: Option<PathBuf>,
     strip: PathBuf,
     title: String,
+    outline: Option<Rc<Outline>>,
     choice: Choice,
     tiles: Vec<Canvas>,
     tone: Option<Tone>,
@@ -49,11 +52,17 @@ pub struct Overlay {
 
 impl Overlay {
     /// `frames` are those that will come, where that is known: the strip shows twelve of them, evenly spaced. `each`
-    /// asks for a picture of every frame besides.
+    /// asks for a picture of every frame besides, `outline` is drawn upon all.
     ///
     /// # Errors
     /// The folder cannot be made.
-    pub fn new(folder: &Path, title: String, frames: Option<&[usize]>, each: bool) -> Outcome<Self> {
+    pub fn new(
+        folder: &Path,
+        title: String,
+        frames: Option<&[usize]>,
+        each: bool,
+        outline: Option<Rc<Outline>>,
+    ) -> Outcome<Self> {
         let pictures = folder.join(OVERLAY);
         if each {
             fs::create_dir_all(&pictures).map_err(|error| Failure::write(&pictures, error))?;
@@ -62,6 +71,7 @@ impl Overlay {
             frames: each.then_some(pictures),
             strip: folder.join(STRIP),
             title,
+            outline,
             choice: match frames {
                 Some(frames) => Choice::Known(evenly_spaced(frames, TILES)),
                 None => Choice::Thinned { every: 1 },
@@ -94,6 +104,7 @@ impl Sink for Overlay {
             picture: &tone.render(&seen.picture),
             clear: &clear,
             faint: &faint,
+            outline: self.outline.as_deref(),
             trails: &self.trails,
             frame: seen.frame,
             name: &seen.name,

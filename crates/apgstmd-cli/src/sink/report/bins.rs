@@ -3,6 +3,7 @@
 use apgstmd_core::tracking::{TrackPoint, TrackState};
 use serde::Serialize;
 
+use super::camera::{Bars, Most};
 use super::{rounded, significant};
 use crate::sink::{Seen, WEAK};
 
@@ -17,6 +18,7 @@ struct Bin {
     detections: usize,
     tracked: usize,
     best: f32,
+    camera: Most,
 }
 
 impl Bin {
@@ -28,6 +30,7 @@ impl Bin {
             detections: self.detections + other.detections,
             tracked: self.tracked + other.tracked,
             best: self.best.max(other.best),
+            camera: self.camera.join(other.camera),
         }
     }
 }
@@ -52,6 +55,8 @@ pub(super) struct Columns {
     tracked: Vec<f64>,
     /// Strongest score.
     best: Vec<f64>,
+    /// Null where the camera did not move.
+    camera: Option<Bars>,
 }
 
 impl Bins {
@@ -67,6 +72,7 @@ impl Bins {
             detections: seen.detections.len(),
             tracked: 0,
             best: seen.detections.iter().map(|found| found.score).fold(0.0, f32::max),
+            camera: Most::of(seen),
         };
         match self.bins.last_mut() {
             Some(last) if last.frames < self.width => *last = last.join(bin),
@@ -94,7 +100,7 @@ impl Bins {
         }
     }
 
-    pub fn columns(&self) -> Columns {
+    pub fn columns(&self, camera: bool) -> Columns {
         let each = |value: fn(&Bin) -> f64| self.bins.iter().map(value).collect::<Vec<f64>>();
         Columns {
             width: self.width,
@@ -103,6 +109,7 @@ impl Bins {
             detections: each(|bin| rounded(bin.detections as f64 / bin.frames as f64, 2)),
             tracked: each(|bin| rounded(bin.tracked as f64 / bin.frames as f64, 2)),
             best: each(|bin| significant(f64::from(bin.best))),
+            camera: camera.then(|| Most::bars(&self.bins.iter().map(|bin| bin.camera).collect::<Vec<_>>())),
         }
     }
 }
@@ -120,11 +127,16 @@ mod tests {
             let pixels = Pixels::U8(ndarray::Array3::zeros((1, 1, 1)));
             let mut seen = Seen::bare(2 * frame, Picture { pixels, bits: None });
             seen.detections = vec![Detection { score: frame as f32, ..Detection::default() }; 2];
+            seen.background_shift = (0.0, if frame == 4567 { 7.0 } else { -1.0 });
+            seen.cut = frame % 5000 == 4321;
             bins.add(&seen);
         }
         assert!(bins.width == 16 && bins.bins.len() <= MOST);
         let sum = |value: fn(&Bin) -> usize| bins.bins.iter().map(value).sum::<usize>();
         assert_eq!((sum(|bin| bin.frames), sum(|bin| bin.detections)), (10_000, 20_000));
+        assert_eq!(sum(|bin| bin.camera.cuts), 2);
+        let moved: Vec<f32> = bins.bins.iter().map(|bin| bin.camera.shift).collect();
+        assert!(moved[4567 / 16] == 7.0 && moved.iter().filter(|shift| **shift == 1.0).count() == moved.len() - 1);
         assert!(bins.bins.windows(2).all(|pair| pair[0].last < pair[1].first && pair[0].best < pair[1].best));
     }
 }

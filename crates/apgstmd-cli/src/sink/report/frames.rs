@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::camera::{self, Moved};
 use super::rounded;
 use crate::sink::Seen;
 
@@ -24,6 +25,7 @@ struct Row {
     frame: usize,
     name: String,
     time: Option<f64>,
+    camera: Moved,
     spots: Vec<Spot>,
 }
 
@@ -51,6 +53,8 @@ pub(super) struct Columns {
     score: Vec<f64>,
     /// Null where there is none.
     direction: Vec<Option<f64>>,
+    /// Null where the camera did not move.
+    camera: Option<camera::Columns>,
 }
 
 impl Frames {
@@ -69,7 +73,8 @@ impl Frames {
             .map(|found| Spot { x: found.x, y: found.y, score: found.score, direction: found.direction })
             .collect();
         self.detections += spots.len();
-        self.rows.push(Row { frame: seen.frame, name: seen.name.clone(), time: seen.time, spots });
+        let camera = Moved::of(seen);
+        self.rows.push(Row { frame: seen.frame, name: seen.name.clone(), time: seen.time, camera, spots });
         while self.rows.len() > MOST_FRAMES || (self.detections > MOST_DETECTIONS && self.rows.len() > 1) {
             self.every *= 2;
             let mut index = 0;
@@ -86,7 +91,8 @@ impl Frames {
         self.every
     }
 
-    pub fn columns(&self) -> Columns {
+    pub fn columns(&self, camera: bool) -> Columns {
+        let moved = || self.rows.iter().map(|row| &row.camera).collect::<Vec<_>>();
         let spots = || self.rows.iter().flat_map(|row| &row.spots);
         let mut from = vec![0];
         for row in &self.rows {
@@ -106,6 +112,7 @@ impl Frames {
             direction: spots()
                 .map(|spot| spot.direction.is_finite().then(|| rounded(f64::from(spot.direction), 2)))
                 .collect(),
+            camera: camera.then(|| Moved::columns(&moved())),
         }
     }
 }
@@ -126,7 +133,7 @@ mod tests {
             frames.add(&seen);
         }
         assert_eq!((frames.every(), frames.rows.len()), (4, 25_000));
-        let columns = frames.columns();
+        let columns = frames.columns(false);
         assert!(columns.frame.iter().enumerate().all(|(index, frame)| *frame == 4 * index));
         assert_eq!(columns.from[columns.frame.len()], columns.x.len());
         assert_eq!(columns.from[2] - columns.from[1], 4 % 3);

@@ -1,6 +1,7 @@
 //! `--report`: what is kept of a run while it goes on, within bounds however long it is, and the page that shows it.
 
 mod bins;
+mod camera;
 mod frames;
 mod histogram;
 mod page;
@@ -8,6 +9,7 @@ mod paths;
 mod thumbnails;
 
 use std::path::Path;
+use std::rc::Rc;
 
 use apgstmd_core::Size;
 
@@ -19,11 +21,12 @@ pub use self::page::{About, Fact, Share};
 use self::paths::Paths;
 use self::thumbnails::Thumbnails;
 use super::beside::Beside;
+use super::outline::Outline;
 use super::{Seen, Sink};
 use crate::Outcome;
 
 /// Shift of the background that is worth a word, px.
-const LEAST_SHIFT: f32 = 0.05;
+pub const LEAST_SHIFT: f32 = 0.05;
 
 /// What is kept of a run.
 pub struct Gathered {
@@ -37,6 +40,8 @@ pub struct Gathered {
     contrasts: Histogram,
     /// Frame with the largest shift of the background, and that, px.
     largest_shift: Option<(usize, f32)>,
+    /// The border of the region.
+    pub outline: Option<Rc<Outline>>,
 }
 
 impl Gathered {
@@ -55,6 +60,7 @@ impl Gathered {
             scores: Histogram::default(),
             contrasts: Histogram::default(),
             largest_shift: None,
+            outline: None,
         })
     }
 

@@ -84,8 +84,19 @@
   const ring = (x, y, stroke, more = {}) => shape("circle", {
     cx: x + 0.5, cy: y + 0.5, r: RADIUS, fill: "none", stroke, "stroke-width": 2, "vector-effect": "non-scaling-stroke", ...more,
   });
+  // The border of the region, where there is one: under everything else, and not inside rings.
+  const border = (data.outline ?? []).map(([x, y, u, v]) => `M${x} ${y}L${u} ${v}`).join("");
+  const strokes = border ? [["#000", 2.5, 0.3], ["#fff", 1, 0.75]].map(([stroke, wide, opacity]) => shape("path", {
+    d: border, fill: "none", stroke, "stroke-width": wide, "stroke-opacity": opacity, "vector-effect": "non-scaling-stroke", mask: "url(#free)",
+  })) : [];
+  const free = (spots) => {
+    const all = { x: 0, y: 0, width, height };
+    const mask = shape("mask", { id: "free", maskUnits: "userSpaceOnUse", ...all });
+    mask.append(shape("rect", { ...all, fill: "#fff" }), ...spots.map(({ x, y }) => shape("circle", { cx: x + 0.5, cy: y + 0.5, r: RADIUS, fill: "#000" })));
+    return mask;
+  };
   const draw = ({ spots, coasting }, frame) => {
-    const drawn = [];
+    const drawn = border ? [free([...spots, ...coasting]), ...strokes] : [];
     if ($("trails").checked) {
       for (const track of strong) {
         const end = below(track.frame, frame);
@@ -140,6 +151,20 @@
     return made;
   };
 
+  /** How the background moved from the frame before to this one, which the camera's motion is. */
+  const moved = (position) => {
+    const camera = frames.camera;
+    // Before the first there is nothing to compare with.
+    if (!camera || position === 0) return "";
+    if (camera.cut[position]) return "the scene is cut before this frame";
+    if (camera.unexplained[position]) return "the picture does not tell how the camera moved";
+    const [x, y, degrees, zoom] = ["x", "y", "degrees", "zoom"].map((name) => camera[name][position]);
+    const far = Math.hypot(x, y);
+    const parts = [far < 0.005 ? "background stands still" : `background moved ${far.toFixed(2)} px ${arrow(Math.atan2(-y, x))} (${x.toFixed(2)}, ${y.toFixed(2)})`];
+    if (Math.abs(degrees) >= 0.005) parts.push(`turned ${Math.abs(degrees).toFixed(2)}\u00b0 ${degrees > 0 ? "counter-clockwise" : "clockwise"}`);
+    if (Math.abs(zoom - 1) >= 5e-5) parts.push(`${zoom > 1 ? "grew" : "shrank"} by ${(100 * Math.abs(zoom - 1)).toFixed(2)} %`);
+    return `${parts.join(", ")}; residual ${camera.residual[position].toFixed(4)}`;
+  };
   const when = (position) => frames.time ? `${frames.time[position].toFixed(2)} s` : "";
   const show = (position) => {
     index = Math.max(0, Math.min(count - 1, position));
@@ -158,13 +183,14 @@
     if (off !== 0) {
       parts.push(element("span", `picture of frame ${thumbnails.frame[at]}, ${plural(Math.abs(off), "frame")} ${off > 0 ? "earlier" : "later"}`));
     }
+    if (moved(index)) parts.push(element("span", `Camera: ${moved(index)}`, { class: "moved" }));
     $("caption").replaceChildren(...parts);
     image.alt = `Frame ${thumbnails.frame[at]} of ${data.title}`;
     draw(seen, frame);
     list(seen.spots);
     magnify(thumbnails.piece[at], off === 0);
     slider.value = String(index);
-    slider.setAttribute("aria-valuetext", `frame ${frame}${when(index) && `, ${when(index)}`}, ${plural(targets, "target")}`);
+    slider.setAttribute("aria-valuetext", `frame ${frame}${when(index) && `, ${when(index)}`}, ${plural(targets, "target")}${moved(index) && `, ${moved(index)}`}`);
     $("cursor").style.left = `${100 * share(frame)}%`;
   };
   const magnify = (piece, here) => {
@@ -195,18 +221,19 @@
 
   const first = bins.first[0] ?? 0, end = (bins.last[bins.last.length - 1] ?? 0) + 1;
   const share = (frame) => (frame + 0.5 - first) / (end - first);
+  const most = Math.max(1, ...bins.detections);
+  const bar = (k, w) => {
+    const from = w * (bins.first[k] - first) / (end - first), to = w * (bins.last[k] + 1 - first) / (end - first);
+    return [from, Math.max(to - from - (to - from > 4 ? 1 : 0), 0.75)];
+  };
   chart($("timeline"), (pen, w, h, ink) => {
-    const LANE = 56, GAP = 8, TOP = h - 16;
-    const most = Math.max(1, ...bins.detections), best = Math.max(...bins.best, 1e-30);
-    const bar = (k) => {
-      const from = w * (bins.first[k] - first) / (end - first), to = w * (bins.last[k] + 1 - first) / (end - first);
-      return [from, Math.max(to - from - (to - from > 4 ? 1 : 0), 0.75)];
-    };
+    const LANE = 56, GAP = 8;
+    const best = Math.max(...bins.best, 1e-30);
     pen.fillStyle = ink("panel");
     pen.fillRect(0, 0, w, LANE);
-    pen.fillRect(0, LANE + GAP, w, TOP - LANE - GAP);
+    pen.fillRect(0, LANE + GAP, w, h - LANE - GAP);
     bins.first.forEach((_, k) => {
-      const [x, wide] = bar(k);
+      const [x, wide] = bar(k, w);
       for (const [values, name] of [[bins.detections, "other"], [bins.tracked, "accent"]]) {
         const tall = Math.min(1, values[k] / most) * LANE;
         pen.fillStyle = ink(name);
@@ -215,18 +242,47 @@
       // Scores span decades: three of them are shown.
       const level = bins.best[k] > 0 ? Math.max(0, 1 + Math.log10(bins.best[k] / best) / 3) : 0;
       pen.fillStyle = ink("mark");
-      pen.fillRect(x, TOP - Math.max(level * (TOP - LANE - GAP), bins.best[k] > 0 ? 1 : 0), wide, level * (TOP - LANE - GAP));
+      pen.fillRect(x, h - Math.max(level * (h - LANE - GAP), bins.best[k] > 0 ? 1 : 0), wide, level * (h - LANE - GAP));
     });
-    pen.fillStyle = ink("faint");
-    pen.textBaseline = "bottom";
-    const last = count - 1;
-    const label = (position) => frames.time ? `${frames.frame[position]} (${when(position)})` : String(frames.frame[position]);
-    pen.fillText(label(0), 0, h);
-    pen.textAlign = "right";
-    pen.fillText(label(last), w, h);
-    pen.textAlign = "center";
-    if (w > 420) pen.fillText(`highest bar: ${number(most)} a frame`, w / 2, h);
   });
+  const camera = bins.camera;
+  const farthest = camera ? Math.max(...camera.shift) : 0;
+  if (camera) {
+    chart($("camera"), (pen, w, h, ink) => {
+      const LANE = 40, GAP = 8;
+      const largest = Math.max(...camera.residual, 1e-30);
+      pen.fillStyle = ink("panel");
+      pen.fillRect(0, 0, w, LANE);
+      pen.fillRect(0, LANE + GAP, w, h - LANE - GAP);
+      bins.first.forEach((_, k) => {
+        const [x, wide] = bar(k, w);
+        if (camera.unexplained[k]) {
+          pen.fillStyle = ink("unknown");
+          pen.fillRect(x, 0, wide, 5);
+          pen.globalAlpha = 0.25;
+          pen.fillRect(x, 5, wide, LANE - 5);
+          pen.globalAlpha = 1;
+        }
+        const tall = farthest > 0 ? camera.shift[k] / farthest * (LANE - 6) : 0;
+        pen.fillStyle = ink("moved");
+        pen.fillRect(x, LANE - tall, wide, tall);
+        const left = camera.residual[k] / largest * (h - LANE - GAP);
+        pen.fillStyle = ink("faint");
+        pen.fillRect(x, h - left, wide, left);
+      });
+      // Above all else: a bar may be narrower than a pixel.
+      pen.fillStyle = ink("ink");
+      bins.first.forEach((_, k) => {
+        if (camera.cuts[k]) pen.fillRect(Math.min(bar(k, w)[0], w - 2), 0, 2, h);
+      });
+    });
+  }
+  const label = (position) => frames.time ? `${frames.frame[position]} (${when(position)})` : String(frames.frame[position]);
+  if (count) {
+    $("from").textContent = label(0);
+    $("to").textContent = label(count - 1);
+    $("highest").textContent = `highest bar${camera ? "s" : ""}: ${number(most)} a frame${camera ? `, ${farthest.toFixed(2)} px` : ""}`;
+  }
 
   chart($("paths"), (pen, w, h) => {
     const scale = w / width;
@@ -237,6 +293,17 @@
         pen.globalAlpha = 0.45;
         pen.drawImage(backdrop, 0, 0, w, h);
         pen.globalAlpha = 1;
+      }
+      if (border) {
+        pen.save();
+        pen.scale(scale, scale);
+        const line = new Path2D(border);
+        for (const [stroke, wide] of [["rgba(0, 0, 0, 0.3)", 2.5], ["rgba(255, 255, 255, 0.75)", 1]]) {
+          pen.strokeStyle = stroke;
+          pen.lineWidth = wide / scale;
+          pen.stroke(line);
+        }
+        pen.restore();
       }
       pen.lineJoin = "round";
       for (const track of [...tracks].reverse()) {
@@ -429,5 +496,6 @@
   $("paths").style.aspectRatio = `${width} / ${height}`;
   marks.setAttribute("viewBox", `0 0 ${width} ${height}`);
   slider.max = String(count - 1);
+  if (frames.camera) $("caption").classList.add("follows");
   if (count) show(0);
 })();

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use super::{Gathered, Mark, bins, frames, histogram, paths, thumbnails};
 use crate::footage::Warning;
 use crate::sink::WEAK;
+use crate::sink::outline::Outline;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
@@ -29,6 +30,8 @@ pub struct About {
     pub facts: Vec<Fact>,
     /// What is wrong with the footage.
     pub warnings: Vec<Warning>,
+    /// Why there is nothing to show of the camera's motion, where there is nothing.
+    pub still: Option<String>,
     /// What the reader should know of the page.
     pub notes: Vec<String>,
     /// Milliseconds of each stage of the model, a frame.
@@ -84,6 +87,8 @@ struct Data<'a> {
     bins: bins::Columns,
     tracks: Vec<paths::Record>,
     histograms: Vec<histogram::Record>,
+    /// Null where targets were looked for everywhere.
+    outline: Option<&'a Outline>,
     title: &'a str,
     /// Share of the best score below which a track is weak.
     weak: f64,
@@ -100,11 +105,12 @@ pub(super) fn page(gathered: &Gathered, about: &About) -> String {
         width,
         height,
         rate: about.rate,
-        frames: gathered.frames.columns(),
+        frames: gathered.frames.columns(about.still.is_none()),
         thumbnails: gathered.thumbnails.columns(),
-        bins: gathered.bins.columns(),
+        bins: gathered.bins.columns(about.still.is_none()),
         tracks: gathered.paths.records(),
         histograms: histograms.into_iter().flatten().collect(),
+        outline: gathered.outline.as_deref(),
         title: &about.title,
         weak: super::significant(f64::from(WEAK)),
     };

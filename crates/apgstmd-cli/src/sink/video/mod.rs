@@ -9,6 +9,7 @@ mod response;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use apgstmd_core::tracking::{TrackPoint, TrackState};
 use apgstmd_core::{Detection, Size};
@@ -18,6 +19,7 @@ pub use self::codec::Codec;
 use self::encoder::Encoder;
 use self::response::ResponseMap;
 use super::beside::Beside;
+use super::outline::Outline;
 use super::overlay::annotate::{Scene, annotate};
 use super::overlay::frame_scale;
 use super::overlay::tone::Tone;
@@ -78,6 +80,8 @@ pub struct VideoOptions {
     pub response: bool,
     /// That is one of a bank.
     pub bank: bool,
+    /// Drawn upon every picture.
+    pub outline: Option<Rc<Outline>>,
 }
 
 /// Draws every frame and hands it to ffmpeg.
@@ -126,8 +130,9 @@ impl Video {
             None => seen.name.clone(),
         };
         let picture = &tone.render(&seen.picture);
-        let scene =
-            Scene { picture, clear: &clear, faint: &faint, trails: &self.trails, frame: seen.frame, name: &name };
+        let outline = self.options.outline.as_deref();
+        let (clear, faint, trails) = (&clear[..], &faint[..], &self.trails);
+        let scene = Scene { picture, clear, faint, outline, trails, frame: seen.frame, name: &name };
         let size = seen.picture.size();
         let mut canvas = annotate(&scene, self.scale(size));
         if let (Some(map), Some(values)) = (&mut self.response, &seen.response) {
