@@ -223,8 +223,9 @@
   const share = (frame) => (frame + 0.5 - first) / (end - first);
   const most = Math.max(1, ...bins.detections);
   const bar = (k, w) => {
-    const from = w * (bins.first[k] - first) / (end - first), to = w * (bins.last[k] + 1 - first) / (end - first);
-    return [from, Math.max(to - from - (to - from > 4 ? 1 : 0), 0.75)];
+    // Whole pixels: between two halves of one the ground would shine through.
+    const [from, to] = [bins.first[k], bins.last[k] + 1].map((frame) => Math.round(w * (frame - first) / (end - first)));
+    return [from, Math.max(to - from - (to - from > 4 ? 1 : 0), 1)];
   };
   chart($("timeline"), (pen, w, h, ink) => {
     const LANE = 56, GAP = 8;
@@ -250,7 +251,8 @@
   if (camera) {
     chart($("camera"), (pen, w, h, ink) => {
       const LANE = 40, GAP = 8;
-      const largest = Math.max(...camera.residual, 1e-30);
+      // What is below a hundredth of luminance is noise.
+      const largest = Math.max(...camera.residual, 0.01);
       pen.fillStyle = ink("panel");
       pen.fillRect(0, 0, w, LANE);
       pen.fillRect(0, LANE + GAP, w, h - LANE - GAP);
