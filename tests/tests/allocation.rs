@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use apgstmd_core::params::{RejectionMode, Support};
 use apgstmd_core::tracking::Observation;
 use apgstmd_core::{
-    Bank, BankParams, Detection, Detector, Frame, Machine, Model, Params, Preset, Size, Stage, Tracker,
+    Bank, BankParams, Detection, Detector, Frame, Machine, Model, Params, Preset, Rectangle, Region, Size, Stage,
+    Tracker,
 };
 use apgstmd_tests::stimulus::Scene;
 use ndarray::Array2;
@@ -60,12 +61,15 @@ fn allocations(action: impl FnOnce()) -> usize {
     ALLOCATIONS.load(Ordering::SeqCst)
 }
 
-fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
-    let scene = Scene::lively(Size::new(40, 60), 1.0, 8);
+const SIZE: Size = Size::new(40, 60);
+
+fn none_in_300_frames(name: &str, params: &Params, region: Option<&Region>, threads: usize) {
+    let scene = Scene::lively(SIZE, 1.0, 8);
     // Forwards and backwards: the targets never leave.
     let frames: Vec<Array2<u8>> = (0..50).map(|t| scene.frame(t)).collect();
     let there_and_back = |t: usize| &frames[if (t / 50).is_multiple_of(2) { t % 50 } else { 49 - t % 50 }];
     let mut detector = Detector::with_threads(scene.size, params, threads).expect("valid parameters");
+    detector.look_in(region).expect("of the same size");
     let mut response = detector.make_response();
     let (mut attended, mut found) = (0, 0);
     for t in 0..300 {
@@ -82,6 +86,7 @@ fn none_in_300_frames(name: &str, params: &Params, threads: usize) {
     assert!(attended >= 20 && found >= 100, "{name}: attention {attended} times of 30, {found} detections");
     let machine = Machine { together: 3, ..Machine::with_threads(threads) };
     let mut detector = Detector::with_options(scene.size, params, &machine).expect("valid parameters");
+    detector.look_in(region).expect("of the same size");
     let mut responses: Vec<_> = (0..7).map(|_| detector.make_response()).collect();
     for frames in frames.chunks_exact(7) {
         let frames: Vec<Frame<'_>> = frames.iter().map(|frame| frame.view().into()).collect();
@@ -150,19 +155,22 @@ fn a_frame_allocates_nothing() {
     for threads in [1, 2] {
         a_bank_in_200_frames(threads);
         let practical = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
-        none_in_300_frames("practical", &practical, threads);
+        none_in_300_frames("practical", &practical, None, threads);
+        let middle = Rectangle { x: 9, y: 7, width: 42, height: 26 };
+        let middle = Region::from_rectangles(SIZE, &[middle]).expect("not empty");
+        none_in_300_frames("a region", &practical, Some(&middle), threads);
         let mut masked = Params::default().for_speed(1.0).expect("a valid speed");
         masked.attention.support = Support::Masked;
         masked.rejection.mode = RejectionMode::Off;
-        none_in_300_frames("masked", &masked, threads);
+        none_in_300_frames("masked", &masked, None, threads);
         let mut contrast = Params::default().for_speed(1.0).expect("a valid speed");
         contrast.rejection.contrast_deviation = 0.01;
-        none_in_300_frames("contrast", &contrast, threads);
+        none_in_300_frames("contrast", &contrast, None, threads);
         for &model in &Model::ALL[1..] {
             let mut params = Params::for_model(model).for_speed(1.0).expect("a valid speed");
-            none_in_300_frames(model.name(), &params, threads);
+            none_in_300_frames(model.name(), &params, None, threads);
             params.rejection.mode = RejectionMode::Motion;
-            none_in_300_frames(model.name(), &params, threads);
+            none_in_300_frames(model.name(), &params, None, threads);
         }
     }
 }

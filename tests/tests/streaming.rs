@@ -1,21 +1,34 @@
 //! The stream's contract: outputs may be used again dirty, `reset` forgets everything, an error changes nothing.
 
 use apgstmd_core::params::RejectionMode;
-use apgstmd_core::{Detection, Detector, Frame, FrameError, Model, Params, Preset, Response, Size, Stage};
+use apgstmd_core::{
+    Detection, Detector, Frame, FrameError, Model, Params, Preset, Rectangle, Region, Response, Size, Stage,
+};
 use apgstmd_tests::stimulus::Scene;
 use ndarray::{Array2, Array3};
 
 const FRAMES: usize = 30;
 const SIZE: Size = Size::new(37, 45);
 
-fn settings() -> Vec<Params> {
+/// A model, and where it looks.
+#[derive(Clone)]
+struct Setting {
+    params: Params,
+    region: Option<Region>,
+}
+
+fn settings() -> Vec<Setting> {
     let fast = |preset| Params::preset(preset).for_speed(1.0).expect("a valid speed");
     let mut contrast = fast(Preset::Paper);
     contrast.rejection.contrast_deviation = 0.01;
     let mut off = fast(Preset::Paper);
     off.rejection.mode = RejectionMode::Off;
     let models = Model::ALL.iter().map(|model| Params::for_model(*model).for_speed(1.0).expect("a valid speed"));
-    [fast(Preset::Practical), contrast, off].into_iter().chain(models).collect()
+    let all = [fast(Preset::Practical), contrast, off].into_iter().chain(models);
+    let part = Rectangle { x: 7, y: 5, width: 27, height: 19 };
+    let region = Some(Region::from_rectangles(SIZE, &[part]).expect("not empty"));
+    let bound = Setting { params: fast(Preset::Practical), region };
+    all.map(|params| Setting { params, region: None }).chain([bound]).collect()
 }
 
 fn frames() -> Vec<Array2<u8>> {
@@ -23,8 +36,10 @@ fn frames() -> Vec<Array2<u8>> {
     (0..FRAMES).map(|t| scene.frame(t)).collect()
 }
 
-fn detector(params: &Params) -> Detector {
-    Detector::with_threads(SIZE, params, 2).expect("valid parameters")
+fn detector(setting: &Setting) -> Detector {
+    let mut detector = Detector::with_threads(SIZE, &setting.params, 2).expect("valid parameters");
+    detector.look_in(setting.region.as_ref()).expect("of the same size");
+    detector
 }
 
 /// Equal to the last bit, NaN included.
@@ -45,8 +60,8 @@ fn stages(detector: &Detector) -> Vec<Array3<u32>> {
 
 #[test]
 fn a_dirty_output_is_as_good_as_a_fresh_one() {
-    for params in settings() {
-        let (mut fresh, mut reused) = (detector(&params), detector(&params));
+    for setting in settings() {
+        let (mut fresh, mut reused) = (detector(&setting), detector(&setting));
         let mut response = reused.make_response();
         let mut found = 0;
         for (t, frame) in frames().iter().enumerate() {
@@ -67,8 +82,8 @@ fn a_dirty_output_is_as_good_as_a_fresh_one() {
 
 #[test]
 fn a_reset_detector_is_a_new_one() {
-    for params in settings() {
-        let (mut new, mut used) = (detector(&params), detector(&params));
+    for setting in settings() {
+        let (mut new, mut used) = (detector(&setting), detector(&setting));
         let other = Scene::lively(SIZE, 1.0, 99);
         // Any number of frames: rings stand at any position.
         for frames_before in [1, 7, 29] {
@@ -91,8 +106,8 @@ fn a_reset_detector_is_a_new_one() {
 /// Every kind of wrong frame, and a wrong output, in the middle of a clip.
 #[test]
 fn an_error_leaves_the_state_as_it_was() {
-    let params = &settings()[0];
-    let (mut clean, mut disturbed) = (detector(params), detector(params));
+    let setting = &settings()[0];
+    let (mut clean, mut disturbed) = (detector(setting), detector(setting));
     for (t, frame) in frames().iter().enumerate() {
         if t % 5 == 3 {
             let before = stages(&disturbed);
@@ -140,8 +155,8 @@ fn wrong(detector: &mut Detector) -> Vec<(&'static str, Result<(), FrameError>)>
 /// The same picture in every sample type is the same picture.
 #[test]
 fn sample_types_agree() {
-    let params = &settings()[0];
-    let mut detectors: Vec<Detector> = (0..4).map(|_| detector(params)).collect();
+    let setting = &settings()[0];
+    let mut detectors: Vec<Detector> = (0..4).map(|_| detector(setting)).collect();
     for frame in frames().iter().take(12) {
         let unit = frame.mapv(|v| f64::from(v) / 255.0);
         let [a, b, c, d] = &mut detectors[..] else { unreachable!() };

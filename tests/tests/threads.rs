@@ -1,13 +1,18 @@
 //! The same bits for any number of threads, in every stage and every output.
 
 use apgstmd_core::params::{RejectionMode, Support, TemporalEngine};
-use apgstmd_core::{Detection, Detector, Model, Params, Preset, Size, Stage};
+use apgstmd_core::{Detection, Detector, Model, Params, Preset, Rectangle, Region, Size, Stage};
 use apgstmd_tests::stimulus::Scene;
 
 fn identical(params: &Params, size: Size, frames: usize) {
+    identical_in(params, size, None, frames);
+}
+
+fn identical_in(params: &Params, size: Size, region: Option<&Region>, frames: usize) {
     let scene = Scene::lively(size, 1.0, 4);
     let mut detectors: Vec<Detector> =
         [1, 2, 5].map(|threads| Detector::with_threads(size, params, threads).expect("valid parameters")).into();
+    detectors.iter_mut().for_each(|detector| detector.look_in(region).expect("of the same size"));
     assert_eq!(detectors.iter().map(Detector::threads).collect::<Vec<_>>(), [1, 2, 5]);
     let (mut found, mut attended) = (0, false);
     for t in 0..frames {
@@ -54,7 +59,12 @@ fn other_models() {
 
 #[test]
 fn practical() {
-    identical(&Params::preset(Preset::Practical).for_speed(1.0).unwrap(), Size::new(61, 83), 40);
+    let (params, size) = (Params::preset(Preset::Practical).for_speed(1.0).unwrap(), Size::new(61, 83));
+    identical(&params, size, 40);
+    // Two parts, of which one ends in the middle of bands and strips.
+    let parts = [(13, 9, 41, 23), (70, 40, 13, 21)];
+    let parts = parts.map(|(x, y, width, height)| Rectangle { x, y, width, height });
+    identical_in(&params, size, Some(&Region::from_rectangles(size, &parts).unwrap()), 40);
 }
 
 /// Fewer rows than some bands would like, and a width that no vector divides.

@@ -74,7 +74,7 @@ impl Region {
     /// The pixels that are `true` in a mask, (rows, columns).
     ///
     /// # Errors
-    /// None is.
+    /// No pixel is `true`.
     pub fn from_mask(mask: ArrayView2<'_, bool>) -> Result<Self, RegionError> {
         let (height, width) = mask.dim();
         Self::new(Size::new(height, width), mask.iter().copied().collect())
@@ -152,16 +152,18 @@ impl Region {
         Self { size: self.size, inside }
     }
 
-    /// In a picture reduced by `scale`: a pixel is inside where any of its pixels is. None where nothing is left.
-    pub(crate) fn reduced(&self, scale: usize) -> Option<Self> {
+    /// In a picture reduced by `scale`: a pixel is inside where any of its pixels is. Rows and columns left over at the end belong
+    /// to the last ones.
+    pub(crate) fn reduced(&self, scale: usize) -> Self {
         let size = Size::new(self.size.height / scale, self.size.width / scale);
+        let place = |full: usize, side: usize| (full / scale).min(side - 1);
         let mut inside = vec![false; size.area()];
-        for y in 0..size.height * scale {
-            for x in 0..size.width * scale {
-                inside[y / scale * size.width + x / scale] |= self.at(x, y);
+        for y in 0..self.size.height {
+            for x in 0..self.size.width {
+                inside[place(y, size.height) * size.width + place(x, size.width)] |= self.at(x, y);
             }
         }
-        Self::new(size, inside).ok()
+        Self { size, inside }
     }
 
     /// Runs of rows in which any of `columns` is inside, each from an even row on. Rows up to `gap` between two runs are
@@ -227,20 +229,23 @@ mod tests {
     fn reduction_keeps_what_has_any_pixel() {
         let size = Size::new(19, 23);
         let region = speckled(size, 57);
-        let half = region.reduced(4).unwrap();
-        assert_eq!(half.size(), Size::new(4, 5));
+        let reduced = region.reduced(4);
+        assert_eq!(reduced.size(), Size::new(4, 5));
         for y in 0..4 {
             for x in 0..5 {
-                let any = (0..16).any(|i| region.at(4 * x + i % 4, 4 * y + i / 4));
-                assert_eq!(half.at(x, y), any);
+                // 3 rows and 3 columns are left over.
+                let (bottom, right) = (if y == 3 { 19 } else { 4 * y + 4 }, if x == 4 { 23 } else { 4 * x + 4 });
+                let any = (4 * y..bottom).any(|v| (4 * x..right).any(|u| region.at(u, v)));
+                assert_eq!(reduced.at(x, y), any, "{x}, {y}");
             }
         }
-        let corner = Rectangle { x: 22, y: 18, width: 9, height: 9 };
-        assert_eq!(
-            Region::from_rectangles(size, &[corner]).unwrap().reduced(2),
-            None,
-            "in the rows that are left over"
-        );
+        // Beside another part, the last row of one column and the last column of one row.
+        for (sliver, place) in [((6, 18, 1, 1), (1, 3)), ((22, 5, 1, 1), (4, 1)), ((22, 18, 9, 9), (4, 3))] {
+            let (x, y, width, height) = sliver;
+            let parts = [Rectangle { x: 0, y: 0, width: 2, height: 2 }, Rectangle { x, y, width, height }];
+            let reduced = Region::from_rectangles(size, &parts).unwrap().reduced(4);
+            assert!(reduced.area() == 2 && reduced.at(place.0, place.1), "{sliver:?}");
+        }
     }
 
     #[test]

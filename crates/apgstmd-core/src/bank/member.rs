@@ -16,7 +16,7 @@ use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
-use crate::region::{Rectangle, Region, RegionError};
+use crate::region::{Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::state::{Remember, StateError, Visit};
 use crate::tiles::TILE;
@@ -130,13 +130,9 @@ impl Running {
 
     /// Sees what can be of a target in the region.
     pub fn look_in(&mut self, region: Option<&Region>) -> Result<(), RegionError> {
-        // Where too little of the picture is left at this scale, its rows at the end belong to what is above.
-        let all = || Rectangle { x: 0, y: 0, width: usize::MAX, height: usize::MAX };
-        let reduced = region.map(|region| match region.reduced(self.member.scale) {
-            Some(reduced) => Ok(reduced.dilated(farthest(self.calibration.lag))),
-            None => Region::from_rectangles(self.detector.size(), &[all()]),
-        });
-        self.detector.look_in(reduced.transpose()?.as_ref())
+        let reach = farthest(self.calibration.lag);
+        let reduced = region.map(|region| region.reduced(self.member.scale).dilated(reach));
+        self.detector.look_in(reduced.as_ref())
     }
 
     /// Lets go of candidates elsewhere.
