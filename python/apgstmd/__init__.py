@@ -31,6 +31,8 @@ from .options import Parameter, parameters, params
 from .results import (
     BankDetection,
     BankDetections,
+    Camera,
+    CameraMotion,
     Detection,
     Detections,
     EgoMotion,
@@ -57,6 +59,8 @@ __all__ = [
     "Bank",
     "BankDetection",
     "BankDetections",
+    "Camera",
+    "CameraMotion",
     "Check",
     "Clip",
     "Curve",

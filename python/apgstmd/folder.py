@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import json
 import os
@@ -16,15 +17,16 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, is_toml, resolve, whole
-from .results import RunDetections, RunFrame, Tracks
-from .rows import read_detections, read_tracks, seen_frame
+from .results import Camera, RunDetections, RunFrame, Tracks
+from .rows import read_camera, read_detections, read_tracks, seen_frame
 from .run_options import RunOptions
 from .scene import Scene
 from .sources import Frames, Grey, arrays
-from .stream import Rectangle
+from .stream import Rectangle, rois
 
 _OPTIONS = (
-    *("out", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "on_error", "threads", "force", "overlay", "formats"),
+    *("out", "start", "stop", "step", "fps", "live", "grey", "bit_depth", "largest_frame", "on_error", "threads"),
+    *("force", "checkpoint", "resume", "overlay", "formats"),
     *("speeds", "sizes", "contrast", "false_alarms", "roi", "mask"),
     *("dump", "dump_frames", "dump_dir", "progress", "tracks", "mot", "coco", "box_size"),
     *("video", "video_response", "report"),
@@ -39,12 +41,13 @@ class Run:
     """What a folder showed.
 
     detections: all of them, with the columns frame, name and time. tracks: what links them from frame to frame, empty where
-    none were asked for. frames: how many were processed. out: the folder with the results, None where none was asked for.
+    none were asked for. camera: how the background moved, a row a frame. frames: how many were processed. out: the folder with the results, None where none was asked for.
     summary: the content of run.json (parameters, timing, what was skipped).
     """
 
     detections: RunDetections
     tracks: Tracks
+    camera: Camera
     frames: int
     out: Path | None
     summary: dict[str, Any]
@@ -81,9 +84,15 @@ def run(input: Input, **options: Unpack[RunOptions]) -> Run:
         0.299 R + 0.587 G + 0.114 B. Without it arrays in colour are refused. Files and videos by path need it not.
     live : take the newest frame always and drop what comes meanwhile; by default so for cameras and rtsp.
     bit_depth : significant bits of 16-bit samples, 9 to 16, of arrays 1 to 16.
+    largest_frame : most pixels of a frame that is read from a file, a video or a scene, in millions, 1 to 268, 64 by default: what
+        claims to be larger is refused before it takes memory.
     on_error : "stop" at a picture that cannot be used, or "skip" it; `summary["skipped"]` then names it.
     threads : 1 to 256, all cores by default. The numbers do not depend on it.
     force : replace results that `out` already holds.
+    checkpoint : keep all that is needed to go on in `out`, every so many frames at least and when interrupted; for tables,
+        not for overlay, video, report, coco and dump. resume : go on where the same run left off, from its checkpoint or from
+        the beginning where there is none; what is through already is only read. Frames that are given must be the same ones,
+        from the first on.
     overlay : write annotated pictures and a contact strip.
     formats : tables to write besides detections.csv: "jsonl".
     dump, dump_frames, dump_dir : stages to write as .npy, the frames ("60,120..130" or numbers), and where.
@@ -116,14 +125,15 @@ def run(input: Input, **options: Unpack[RunOptions]) -> Run:
         summary = json.loads((results / "run.json").read_text(encoding="utf-8"))
         detections = read_detections(results / "detections.csv")
         found = read_tracks(results / "tracks.csv" if plan.tracks else None)
-    return Run(detections, found, summary["frames"], plan.out, summary)
+        camera = read_camera(results / "camera.csv")
+    return Run(detections, found, camera, summary["frames"], plan.out, summary)
 
 
 def watch(input: Input, **options: Unpack[RunOptions]) -> Generator[RunFrame, None, None]:
     """As `run`, but what each frame shows comes as soon as it is known: a generator of `RunFrame`.
 
     `close()`, or leaving it alone, ends the run after the frame in work. Without `out` nothing is kept, however long it goes on;
-    with it the files are complete up to there. Frames are read some way ahead of what has been taken; of a bank with false
+    with it the files are complete up to there, and with `resume` only frames come that were not through. Frames are read some way ahead of what has been taken; of a bank with false
     alarms limited the first 30 come together, unless `live`. Raises what `run` raises: for wrong arguments here, for the rest
     when the first frame is asked for.
 
@@ -182,9 +192,12 @@ def _plan(
     live: bool | None = None,
     grey: Grey | None = None,
     bit_depth: int | None = None,
+    largest_frame: int | None = None,
     on_error: Literal["stop", "skip"] = "stop",
     threads: int | None = None,
     force: bool = False,
+    checkpoint: int | None = None,
+    resume: bool = False,
     overlay: bool = False,
     formats: Sequence[Literal["csv", "jsonl"]] = ("csv",),
     dump: Sequence[str] = (),
@@ -212,6 +225,9 @@ def _plan(
         raise FileNotFoundError(f"there is no file or folder {path!r}")
     if out is None and (overlay or (dump and dump_dir is None)):
         raise ValueError("overlay and dump write files: name a folder for them with out=")
+    kept = Path(out) if out is not None and (checkpoint is not None or resume) else None
+    if kept is None and (checkpoint is not None or resume):
+        raise ValueError("checkpoint and resume need a folder in which results stay: name one with out=")
     bits = whole("bit_depth", bit_depth, 1, 16)
     options: dict[str, object] = {
         "speeds": ",".join(map(repr, map(float, speeds))) or None,
@@ -226,8 +242,10 @@ def _plan(
         "live": None if live is None else "yes" if live else "no",
         # Of arrays the binding knows what fewer bits mean.
         "bit-depth": None if given is not None and bits is not None and bits < 9 else bits,
+        "largest-frame": whole("largest_frame", largest_frame, 1, 268),
         "on-error": on_error,
         "threads": whole("threads", threads, 1, 256),
+        "checkpoint": whole("checkpoint", checkpoint, 1, 2**63 - 1),
         "format": ",".join(dict.fromkeys(("csv", *formats))),
         "dump": ",".join(dump) or None,
         "dump-frames": _frames(dump_frames),
@@ -238,15 +256,18 @@ def _plan(
         "video": None if video is None else os.fspath(video),
         "report": None if report is None else os.fspath(report),
     }
-    switches = {"force": force, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
+    switches = {"force": force, "resume": resume, "overlay": overlay, "quiet": not progress, "no-tracks": not tracks}
     switches["video-response"] = video_response
     flags = [name for name, wanted in switches.items() if wanted]
-    rois = _rois(roi)
+    regions = rois(roi)
 
     def command(scratch: Path) -> list[str]:
         source = "the frames given" if path is None else path
         if isinstance(input, Scene):
-            source = str(scratch / "scene.toml")
+            # What is resumed is known by its name, and this one by what it holds.
+            folder = kept / f"scene-{hashlib.sha256(input.toml.encode()).hexdigest()[:8]}" if kept else scratch
+            folder.mkdir(parents=True, exist_ok=True)
+            source = str(folder / "scene.toml")
             Path(source).write_text(input.toml, encoding="utf-8")
         path_of = None if params is None or isinstance(params, Mapping) or is_toml(params) else os.fspath(params)
         if parameters or (params is not None and path_of is None):
@@ -260,7 +281,7 @@ def _plan(
             said |= {"threshold": threshold, "params": path_of}
         said["out"] = scratch / "out" if out is None else os.fspath(out)
         flagged = [f"--{name}={value}" for name, value in (options | said).items() if value is not None]
-        flagged += rois
+        flagged += regions
         return ["apgstmd", "run", *flagged, *(f"--{flag}" for flag in flags), "--", source]
 
     return _Plan(command, given, bits, None if out is None else Path(out), tracks)
@@ -324,13 +345,6 @@ def tune(
             Path(path).write_text(input.toml, encoding="utf-8")
         _core.run(["apgstmd", "tune", *given, "--quiet", *(["--force"] if force else []), "--", path])
     return Path(out).read_text(encoding="utf-8")
-
-
-def _rois(roi: Rectangle | Sequence[Rectangle]) -> list[str]:
-    rectangles = np.atleast_2d(np.asarray(roi, np.int64)) if len(roi) else np.zeros((0, 4), np.int64)
-    if rectangles.ndim != 2 or rectangles.shape[1] != 4:
-        raise TypeError(f"roi must be (x, y, width, height) in px, or several of them, not {roi!r}")
-    return [f"--roi={width}x{height}+{x}+{y}" for x, y, width, height in rectangles]
 
 
 def _place(name: str, place: int | str | None, least: int) -> int | str | None:

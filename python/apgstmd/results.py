@@ -215,6 +215,54 @@ class Tracks(Table):
         return _mot(self.frame, self.track + 1, self.x, self.y, self.score, box_size, path)
 
 
+class CameraMotion(NamedTuple):
+    """How the background moved from the frame before to this one, which tells how the camera moved.
+
+    frame: its number; time: seconds, NaN where nothing tells; detections: how many are listed in it; background_x,
+    background_y: shift in the middle of the picture, px, y downward; rotation, zoom, residual, unexplained: as in
+    `EgoMotion`; cut: the scene was cut before this frame. Unless rejection is "motion", nothing moves.
+    """
+
+    frame: int
+    time: float
+    detections: int
+    background_x: float
+    background_y: float
+    rotation: float
+    zoom: float
+    residual: float
+    unexplained: bool
+    cut: bool
+
+
+class Camera(Table):
+    """The camera's motion as NumPy columns of one length, a row a frame.
+
+    frame, detections: int64; time, background_x, background_y, rotation, zoom, residual: float64; unexplained, cut: bool;
+    meanings as in `CameraMotion`.
+
+    >>> import apgstmd, numpy as np
+    >>> camera = apgstmd.run(apgstmd.synth("demo"), speed=1.0, stop=40).camera
+    >>> len(camera), float(np.hypot(camera.background_x, camera.background_y)[1:].min()) > 0.1, camera.cut.any()
+    (40, True, np.False_)
+    """
+
+    __slots__ = CameraMotion._fields
+    names: ClassVar[tuple[str, ...]] = CameraMotion._fields
+    row: ClassVar[Any] = CameraMotion
+
+    frame: NDArray[np.int64]
+    time: NDArray[np.float64]
+    detections: NDArray[np.int64]
+    background_x: NDArray[np.float64]
+    background_y: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    zoom: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    unexplained: NDArray[np.bool_]
+    cut: NDArray[np.bool_]
+
+
 def _mot(
     frame: NDArray[np.int64],
     identity: NDArray[np.int64],

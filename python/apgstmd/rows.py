@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .results import EgoMotion, RunDetections, RunFrame, Tracks
+from .results import Camera, EgoMotion, RunDetections, RunFrame, Tracks
 
 
 def seen_frame(
@@ -66,6 +66,16 @@ def read_tracks(path: Path | None) -> Tracks:
     table = Tracks(time=time, score=score, state=state, **whole, **real)
     # Rows were written as they became certain.
     return table[np.lexsort((table.track, table.frame))]
+
+
+def read_camera(path: Path) -> Camera:
+    """camera.csv."""
+    column = _Cells(path)
+    whole = {name: column(name, np.int64) for name in ("frame", "detections")}
+    real = {name: column(name, np.float64) for name in ("background_x", "background_y", "zoom", "residual")}
+    said = {name: column(name, np.int64) != 0 for name in ("unexplained", "cut")}
+    time, rotation = column("time_s", np.float64), column("rotation_rad", np.float64)
+    return Camera(time=time, rotation=rotation, **whole, **real, **said)
 
 
 def read_detections(path: Path) -> RunDetections:

@@ -35,9 +35,12 @@ class RunOptions(Parameters, total=False):
     live: bool | None
     grey: Grey | None
     bit_depth: int | None
+    largest_frame: int | None
     on_error: Literal["stop", "skip"]
     threads: int | None
     force: bool
+    checkpoint: int | None
+    resume: bool
     overlay: bool
     formats: Sequence[Literal["csv", "jsonl"]]
     dump: Sequence[str]

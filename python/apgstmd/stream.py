@@ -152,6 +152,14 @@ def _mask(region: Region, shape: tuple[int, int]) -> NDArray[np.bool_]:
     return mask
 
 
+def rois(roi: Rectangle | Sequence[Rectangle]) -> list[str]:
+    """Rectangles as flags of the command line."""
+    rectangles = np.atleast_2d(np.asarray(roi, np.int64)) if len(roi) else np.zeros((0, 4), np.int64)
+    if rectangles.ndim != 2 or rectangles.shape[1] != 4:
+        raise TypeError(f"roi must be (x, y, width, height) in px, or several of them, not {roi!r}")
+    return [f"--roi={width}x{height}+{x}+{y}" for x, y, width, height in rectangles]
+
+
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
     try:
         height, width = map(operator.index, size)

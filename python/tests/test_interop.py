@@ -21,12 +21,15 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[apgstmd.Run, Path]:
 
 def test_data_frames(found: tuple[apgstmd.Run, Path]) -> None:
     run = found[0]
-    for table in (run.detections, run.tracks, run.detections[:0]):
+    for table in (run.detections, run.tracks, run.camera, run.detections[:0]):
         pandas, polars, arrow = table.to_pandas(), table.to_polars(), table.to_arrow()
         for name, column in table.columns.items():
             assert pandas[name].tolist() == polars[name].to_list() == arrow[name].to_pylist() == column.tolist()
         assert list(pandas.columns) == polars.columns == arrow.column_names == list(table.names)
     assert run.detections.to_pandas()["x"].dtype == np.float32
+    camera = run.camera.to_pandas()
+    assert camera["cut"].dtype == camera["unexplained"].dtype == np.bool_
+    assert camera["detections"].sum() == len(run.detections)
     # What comes out goes in again: the evaluation takes a data frame.
     truth = apgstmd.synth("demo")
     summary = {"frames": run.frames}

@@ -7,14 +7,16 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import apgstmd
-from scenes import HEIGHT, WIDTH, textured_square, write_png
+from scenes import HEIGHT, WIDTH, panned, textured_square, write_png
 
 FRAMES = list(textured_square(40))
 
@@ -72,6 +74,84 @@ def test_results_are_kept_where_asked(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="detections.csv is there already from an earlier run"):
         apgstmd.run(folder, out=out)
     assert apgstmd.run(folder, out=out, force=True, stop=3).frames == 3
+
+
+def test_the_motion_of_the_camera() -> None:
+    frames = np.stack(list(panned(30, cut=12, blank=range(20, 24))))
+    found = apgstmd.run(frames, fps=25, speed=1.0)
+    camera = found.camera
+    assert camera.frame.tolist() == list(range(30))
+    assert camera.time[25] == 1.0
+    assert np.flatnonzero(camera.cut).tolist() == [12, 20, 24]
+    assert np.flatnonzero(camera.unexplained).tolist() == [21, 22, 23]
+    # The camera goes to the left, the picture to the right.
+    assert np.abs(camera.background_x[1:12] - 2).max() < 0.1 and np.abs(camera.background_y[1:12]).max() < 0.1
+    assert np.abs(camera.rotation).max() < 0.01 and np.abs(camera.zoom - 1).max() < 0.01
+    row = camera[5]
+    assert isinstance(row, apgstmd.CameraMotion) and row.frame == 5 and row.cut is False
+    assert camera[camera.cut].frame.tolist() == [12, 20, 24]
+    assert camera.detections.sum() == len(found.detections)
+    # A file has four places of it.
+    for seen, row in zip(apgstmd.watch(frames, fps=25, speed=1.0), camera, strict=True):
+        assert np.abs(np.subtract(seen.background_shift, (row.background_x, row.background_y))).max() < 6e-5
+        assert (seen.ego_motion.unexplained, seen.cut) == (row.unexplained, row.cut)
+
+
+def test_a_run_goes_on(tmp_path: Path) -> None:
+    whole = apgstmd.run(FRAMES, fps=8, speed=1.0)
+    options: dict[str, Any] = {"fps": 8, "speed": 1.0, "out": tmp_path / "out", "checkpoint": 5}
+
+    def torn(last: int) -> Iterator[NDArray[np.uint8]]:
+        yield from FRAMES[:last]
+        raise OSError("the disk is gone")
+
+    with pytest.raises(OSError, match="the disk is gone"):
+        apgstmd.run(torn(25), **options)
+    assert (tmp_path / "out" / "checkpoint.safetensors").exists()
+    with pytest.raises(RuntimeError, match="is there already"):
+        apgstmd.run(FRAMES, **options)
+    found = apgstmd.run(FRAMES, resume=True, **options)
+    assert 5 <= found.summary["resumed_after"] <= 25
+    assert found.frames == 40
+    for name in ("detections", "tracks", "camera"):
+        table, expected = getattr(found, name), getattr(whole, name)
+        for column in table.names:
+            np.testing.assert_array_equal(getattr(table, column), getattr(expected, column))
+    # It is through: nothing is asked for.
+    again = apgstmd.run(torn(0), resume=True, **options)
+    assert len(again.detections) == len(found.detections) > 0 and again.summary == found.summary
+    with pytest.raises(RuntimeError, match="other settings"):
+        apgstmd.run(FRAMES, resume=True, **(options | {"speed": 2.0}))
+
+
+def test_a_watched_scene_goes_on(tmp_path: Path) -> None:
+    scene = apgstmd.synth("demo")
+    options: dict[str, Any] = {"speed": 1.0, "stop": 50, "checkpoint": 5}
+    watched = apgstmd.watch(scene, out=tmp_path / "out", **options)
+    assert [next(watched).frame for _ in range(30)] == list(range(30))
+    watched.close()
+    rest = [seen.frame for seen in apgstmd.watch(scene, out=tmp_path / "out", resume=True, **options)]
+    assert 5 <= rest[0] <= 45 and rest == list(range(rest[0], 50))
+    found = apgstmd.run(scene, out=tmp_path / "out", resume=True, **options)
+    whole = apgstmd.run(scene, speed=1.0, stop=50)
+    assert found.frames == 50 and found.detections.name[0].startswith("scene_")
+    assert list(found.detections) == list(whole.detections) and list(found.tracks) == list(whole.tracks)
+
+
+def test_what_resuming_and_large_frames_need(folder: Path, tmp_path: Path) -> None:
+    for options in ({"checkpoint": 5}, {"resume": True}):
+        with pytest.raises(ValueError, match="name one with out="):
+            apgstmd.run(folder, speed=1.0, **options)
+    with pytest.raises(ValueError, match="checkpoint is 0, but it must lie between 1"):
+        apgstmd.run(folder, out=tmp_path / "out", checkpoint=0)
+    with pytest.raises(ValueError, match="--checkpoint is for tables"):
+        apgstmd.run(folder, out=tmp_path / "out", checkpoint=5, report=tmp_path / "page.html")
+    with pytest.raises(ValueError, match="largest_frame is 300, but it must lie between 1 and 268"):
+        apgstmd.run(folder, largest_frame=300)
+    write_png(tmp_path / "large.png", np.zeros((1000, 1001), np.uint8))
+    with pytest.raises(RuntimeError, match="at most 1 million pixels are read"):
+        apgstmd.run(str(tmp_path / "*.png"), speed=1.0, largest_frame=1)
+    assert apgstmd.run(str(tmp_path / "*.png"), speed=1.0, largest_frame=2).frames == 1
 
 
 def test_part_of_a_folder(folder: Path) -> None:
