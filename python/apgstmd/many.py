@@ -13,6 +13,7 @@ from typing import Any, Literal, Unpack
 from . import _core
 from ._optional import need
 from .options import Localise, Model, ParamFile, Parameters, Preset, Rejection, resolve, whole
+from .stream import Rectangle, rois
 
 
 class ClipOptions(Parameters, total=False):
@@ -29,11 +30,14 @@ class ClipOptions(Parameters, total=False):
     localise: Localise | None
     threshold: float | None
     params: ParamFile | None
+    roi: Rectangle | Sequence[Rectangle]
+    mask: str | os.PathLike[str] | None
     start: int | str | None
     stop: int | str | None
     step: int | str | None
     fps: float | None
     bit_depth: int | None
+    largest_frame: int | None
     on_error: Literal["stop", "skip"]
     formats: Sequence[Literal["csv", "jsonl"]]
     overlay: bool
@@ -156,12 +160,13 @@ def _clip(record: dict[str, Any], out: Path) -> Clip:
 _SWITCHES = ("overlay", "mot", "coco", "video", "video_response", "report")
 _LISTS = ("speeds", "sizes", "dump", "dump_frames", "formats")
 _MODEL = ("model", "preset", "speed", "rejection", "localise", "threshold", "params")
-_VALUES = ("contrast", "false_alarms", "start", "stop", "step", "fps", "bit_depth", "on_error", "box_size")
+_VALUES = ("contrast", "false_alarms", "start", "stop", "step", "fps", "bit_depth", "largest_frame", "on_error", "box_size")
+_REGION = ("roi", "mask")
 
 
 def _flags(options: dict[str, Any], out: Path) -> list[str]:
     """The options as flags of the command line. Parameters that have none go into a file in `out`."""
-    known = (*_SWITCHES, *_LISTS, *_MODEL, *_VALUES, "tracks")
+    known = (*_SWITCHES, *_LISTS, *_MODEL, *_VALUES, *_REGION, "tracks")
     model = {name: options.get(name) for name in _MODEL}
     parameters = {name: value for name, value in options.items() if name not in known}
     speed, params = model["speed"], model["params"]
@@ -193,5 +198,7 @@ def _flags(options: dict[str, Any], out: Path) -> list[str]:
         flags["formats"] = ",".join(dict.fromkeys(("csv", *flags["formats"].split(","))))
     flags["format"] = flags.pop("formats")
     words = [f"--{name.replace('_', '-')}={value}" for name, value in flags.items() if value is not None]
+    words += rois(options.get("roi", ()))
+    words += [] if options.get("mask") is None else [f"--mask={os.fspath(options['mask'])}"]
     words += [f"--{name.replace('_', '-')}" for name in _SWITCHES if options.get(name)]
     return words if options.get("tracks", True) else [*words, "--no-tracks"]

@@ -18,11 +18,12 @@ from types import ModuleType
 from typing import Any
 
 import distributed
+import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
 import apgstmd
-from scenes import textured_square, write_png
+from scenes import HEIGHT, WIDTH, textured_square, write_png
 
 TABLES = ("detections.csv", "tracks.csv")
 CLIPS = 6
@@ -109,6 +110,8 @@ def test_options_and_failures(videos: list[Path], tmp_path: Path) -> None:
     assert other[0].record["wall_seconds"] != before
     with pytest.raises(ValueError, match="must be between"):
         apgstmd.batch(videos, tmp_path / "no", bit_depth=40)
+    with pytest.raises(TypeError, match="roi must be"):
+        apgstmd.batch(videos, tmp_path / "no", roi=(1, 2, 3))  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="there is no parameter 'oevrlay': did you mean 'overlay'"):
         apgstmd.batch(videos, tmp_path / "no", oevrlay=True)  # type: ignore[call-arg]
     with pytest.raises(RuntimeError, match="nothing matches"):
@@ -117,6 +120,24 @@ def test_options_and_failures(videos: list[Path], tmp_path: Path) -> None:
         apgstmd.batch(videos, tmp_path / "no", client="tcp://somewhere")
     with pytest.raises(TypeError, match="jobs is for this machine"):
         apgstmd.batch(videos, tmp_path / "no", client=object(), jobs=2)
+
+
+def test_regions_reach_every_clip(videos: list[Path], tmp_path: Path) -> None:
+    mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+    mask[:, 40:] = 255
+    write_png(tmp_path / "mask.png", mask)
+    region: dict[str, Any] = {"roi": [(0, 0, 10, 10), (40, 20, 30, 30)], "mask": tmp_path / "mask.png"}
+    clips = apgstmd.batch(videos[:2], tmp_path / "out", speed=1.0, largest_frame=1, **region)
+    alone = apgstmd.run(videos[1], out=tmp_path / "alone", speed=1.0, largest_frame=1, **region)
+    assert alone.summary["region"]["roi"] == ["10x10+0+0", "30x30+40+20"]
+    assert alone.summary["region"]["share"] == 30 * 30 / (HEIGHT * WIDTH)
+    for clip in clips:
+        assert clip.done and clip.folder is not None
+        run = json.loads((clip.folder / "run.json").read_text(encoding="utf-8"))
+        assert run["region"] == alone.summary["region"]
+    for table in TABLES:
+        assert (tmp_path / "alone" / table).read_bytes() == (tmp_path / "out" / "clips" / "cam1" / table).read_bytes()
+    assert len(alone.detections) and alone.detections.x.min() >= 39.5
 
 
 def test_without_distributed(videos: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -194,7 +194,7 @@ fn check_frames(args: &RunArgs) -> Outcome<Span> {
 /// What is wrong with the flags of `apgstmd run` whatever INPUT is.
 ///
 /// # Errors
-/// Values out of range, flags that exclude each other, an unreadable parameter file.
+/// Values out of range, flags that exclude each other, an unreadable parameter file or mask.
 pub fn check_flags(args: &RunArgs) -> Outcome {
     let mut model = args.model.clone();
     if let Some(Speed::PerSecond(_) | Speed::Auto) = model.speed {
@@ -203,6 +203,7 @@ pub fn check_flags(args: &RunArgs) -> Outcome {
     let params = resolve_params(&model)?;
     check_frames(args)?;
     resolve_bank(args, &model)?;
+    LookIn::resolve(&args.region)?;
     let destination = Destination::Folder(args.out.clone().unwrap_or_default());
     TrackSettings::resolve(args, &params, &destination).map(drop)
 }

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use common::{Ran, command, json, picture, results};
+use common::{HEIGHT, Ran, WIDTH, command, json, picture, results};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
@@ -115,6 +115,43 @@ fn a_failed_clip_is_reported_and_the_others_are_as_run_alone() {
     // The template writes slashes so.
     let page = fs::read_to_string(out.join("index.html")).unwrap().replace("&#x2f;", "/");
     assert!(page.contains("clips/a-2/report.html") && page.contains("failed/bad/stderr.txt"));
+}
+
+/// Several rectangles and a mask reach every clip, as they do `run`.
+#[test]
+fn a_region_is_that_of_every_clip() {
+    let place = clips(&["a", "b"]);
+    // The target is in the left half.
+    let half = image::GrayImage::from_fn(WIDTH, HEIGHT, |x, _| image::Luma([u8::from(x < WIDTH / 2)]));
+    half.save(place.path().join("half.png")).unwrap();
+    let (_parent, out) = results();
+    let region = ["--roi", "30x20+0+0", "--roi", "96x20+0+22", "--mask", "half.png"];
+    batch(place.path(), &out, ["a", "b"].iter().chain(&region)).ok();
+    assert_whole(&out);
+    let mask = place.path().join("half.png");
+    let alone = place.path().join("alone");
+    let mut run = command();
+    run.current_dir(place.path()).args(["run", "b", "--speed", "1", "--rejection", "off"]).args(region);
+    Ran::from(run.arg("--out").arg(&alone).output().unwrap()).ok();
+    for (name, record) in manifest(&out) {
+        let flags = ["--speed=1", "--rejection=off", "--roi=30x20+0+0", "--roi=96x20+0+22"].map(str::to_owned);
+        let flags: Vec<String> = flags.into_iter().chain([format!("--mask={}", mask.display())]).collect();
+        assert_eq!(record["flags"], serde_json::json!(flags), "{name}");
+        assert!(record["flag_files"]["--mask"].is_string() && record["detections"].as_u64().unwrap() > 0, "{record}");
+        // 30 x 20 and 48 x 20 px of 96 x 64.
+        let region = json(&out.join("clips").join(&name).join("run.json"))["region"].clone();
+        assert_eq!(region["share"], (30.0 * 20.0 + 48.0 * 20.0) / (96.0 * 64.0), "{region}");
+    }
+    assert_eq!(fs::read(alone.join("detections.csv")).unwrap(), fs::read(out.join("clips/b/detections.csv")).unwrap());
+    // Another mask under the same name is another region.
+    let b = changed(&out, "b");
+    image::GrayImage::from_pixel(WIDTH, HEIGHT, image::Luma([9])).save(&mask).unwrap();
+    batch(place.path(), &out, ["b", "--resume"].iter().chain(&region)).ok();
+    assert!(changed(&out, "b") > b);
+    fs::write(&mask, "no picture").unwrap();
+    let (_parent, other) = results();
+    batch(place.path(), &other, ["b"].iter().chain(&region)).fails(2, &["--mask ", "half.png: it is no PNG"]);
+    batch(place.path(), &other, ["b", "--checkpoint", "5"]).fails(2, &["--checkpoint"]);
 }
 
 #[test]

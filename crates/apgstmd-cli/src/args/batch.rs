@@ -22,7 +22,7 @@ one left, with its stderr.txt; manifest.json, what was done with which checksums
 Exit codes: 0 all are done, 1 some failed or could not start, 2 wrong arguments, 130 interrupted (--resume goes on).";
 
 /// Flags of `apgstmd run` that `apgstmd batch` sets itself, has in another form, or that mean nothing for many videos.
-const NOT_HERE: [&str; 15] = [
+const NOT_HERE: [&str; 16] = [
     "input",
     "out",
     "force",
@@ -37,6 +37,7 @@ const NOT_HERE: [&str; 15] = [
     "report",
     "poster",
     "while_stdin_is_open",
+    "checkpoint",
     "resume",
 ];
 
@@ -93,7 +94,7 @@ pub struct RunFlags(pub Vec<Flag>);
 pub struct Flag {
     /// With its dashes.
     pub name: String,
-    /// What it was given; lists joined by commas.
+    /// What it was given; lists joined by commas. What may be given several times is several flags.
     pub value: Option<OsString>,
     /// Whether the value names a file.
     pub is_file: bool,
@@ -119,16 +120,20 @@ impl Args for RunFlags {
 impl FromArgMatches for RunFlags {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let given = |arg: &Arg| matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine);
-        let flag = |arg: Arg| {
-            let name = format!("--{}", arg.get_long()?);
+        let flags = |arg: Arg| {
+            let Some(name) = arg.get_long().map(|long| format!("--{long}")) else { return Vec::new() };
             if matches!(arg.get_action(), ArgAction::SetTrue) {
-                return Some(Flag { name, value: None, is_file: false });
+                return vec![Flag { name, value: None, is_file: false }];
             }
-            let values: Vec<OsString> = matches.get_raw(arg.get_id().as_str())?.map(OsString::from).collect();
+            let values = matches.get_raw(arg.get_id().as_str()).into_iter().flatten().map(OsString::from);
             let is_file = arg.get_value_parser().type_id() == TypeId::of::<PathBuf>();
-            Some(Flag { name, value: Some(values.join(OsString::from(",").as_os_str())), is_file })
+            let flag = |value| Flag { name: name.clone(), value: Some(value), is_file };
+            match arg.get_value_delimiter() {
+                Some(_) => vec![flag(values.collect::<Vec<_>>().join(OsString::from(",").as_os_str()))],
+                None => values.map(flag).collect(),
+            }
         };
-        Ok(Self(Self::all().into_iter().filter(given).filter_map(flag).collect()))
+        Ok(Self(Self::all().into_iter().filter(given).flat_map(flags).collect()))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -146,8 +151,8 @@ mod tests {
     #[test]
     fn flags_of_run_are_handed_on() {
         Arguments::command().debug_assert();
-        let words =
-            "apgstmd batch a.mp4 b.mp4 --out all --overlay --speeds 1,2 --params p.toml --report --start 2.5s --jobs 2";
+        let words = "apgstmd batch a.mp4 b.mp4 --out all --overlay --speeds 1,2 --params p.toml --report --start 2.5s --jobs 2 \
+             --roi 9x9+0+0 --roi 8x8+20+3 --mask m.png";
         let parsed = Arguments::try_parse_from(words.split(' ')).unwrap();
         let Command::Batch(args) = parsed.command else { panic!("{parsed:?}") };
         assert_eq!((args.inputs.len(), args.report, args.jobs), (2, true, Some(2)));
@@ -159,12 +164,25 @@ mod tests {
             [
                 ("--params".to_owned(), some("p.toml")),
                 ("--speeds".to_owned(), some("1,2")),
+                ("--roi".to_owned(), some("9x9+0+0")),
+                ("--roi".to_owned(), some("8x8+20+3")),
+                ("--mask".to_owned(), some("m.png")),
                 ("--start".to_owned(), some("2.5s")),
                 ("--overlay".to_owned(), None),
             ]
         );
-        assert!(args.run.0[0].is_file && !args.run.0[1].is_file);
-        for wrong in ["--force", "--raw 3x3", "--live", "--poster x", "--speed fast", "--preset x", "--dump-frames 1"] {
+        let files: Vec<_> = args.run.0.iter().filter(|flag| flag.is_file).map(|flag| &*flag.name).collect();
+        assert_eq!(files, ["--params", "--mask"]);
+        for wrong in [
+            "--force",
+            "--raw 3x3",
+            "--live",
+            "--poster x",
+            "--checkpoint 9",
+            "--speed fast",
+            "--preset x",
+            "--dump-frames 1",
+        ] {
             let words = format!("apgstmd batch a.mp4 --out all {wrong}");
             assert!(Arguments::try_parse_from(words.split(' ')).is_err(), "{wrong}");
         }
