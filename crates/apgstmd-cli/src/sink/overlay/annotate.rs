@@ -130,8 +130,8 @@ impl Pen<'_> {
             let (x, y, u, v) = (place(x), place(y), place(u), place(v));
             let (width, height) = if y == v { (u - x, 1.0) } else { (1.0, v - y) };
             let (back, up) = if y == v { (0.0, 1.0) } else { (1.0, 0.0) };
-            canvas.rectangle(x, y, width, height, [0, 0, 0], 0.35);
-            canvas.rectangle(x - back, y - up, width, height, INK, 0.6);
+            canvas.rectangle(x, y, width, height, [0, 0, 0], 0.45);
+            canvas.rectangle(x - back, y - up, width, height, INK, 0.75);
         }
         for detection in self.scene.clear.iter().chain(self.scene.faint) {
             let (x, y) = self.at(detection.x, detection.y);
