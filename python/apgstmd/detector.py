@@ -38,6 +38,7 @@ class Detector(Stream):
     ------
     TypeError : an unknown name (the nearest is suggested), or one given twice.
     ValueError : a value out of range; the message names the parameter, the value and the rule.
+    MemoryError : it would take more memory than the system gives; the message has the number of bytes.
 
     One detector holds the state of one stream; it can be copied and pickled, and goes on to the bit. Used from two threads at once it raises RuntimeError; the interpreter
     is free for other threads while a frame is computed, so several detectors do run side by side.

@@ -152,3 +152,24 @@ print(waited, disturbed.frames, same)
         waited, frames, same = process.communicate(timeout=120)[0].split()
     # Not before the end of the frame, and not long after: machines that do other things besides take their time.
     assert (frames, same) == ("2", "True") and float(waited) < 5 * took + 1
+
+
+def test_too_little_memory_is_refused_with_the_number_of_bytes() -> None:
+    # Anything that is allocated after that fails, and what Rust fails to allocate ends the process.
+    code = """
+import re, resource
+import apgstmd
+there = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (there + (1 << 29), resource.RLIM_INFINITY))
+for make in (lambda: apgstmd.Detector((4096, 8192), speed=1.0, threads=1), lambda: apgstmd.Bank((2048, 4096), threads=1)):
+    try:
+        make()
+    except MemoryError as error:
+        bytes = int(re.search(r"need (\\d+) bytes of memory", str(error)).group(1))
+        assert bytes > 1 << 30, bytes
+    else:
+        raise AssertionError("it was made")
+apgstmd.Detector((96, 128), threads=1)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -6,10 +6,10 @@ use crate::detection::{Detection, Response};
 use crate::error::{FrameError, ParamError};
 use crate::filter::temporal::MOST_TOGETHER;
 use crate::frame::{Frame, Size};
-use crate::memory::{Heap, Memory};
-use crate::model::{Wiring, lag, latency, wire};
+use crate::memory::{Heap, Memory, ask_for};
+use crate::model::{Wiring, bytes, lag, latency, wire};
 use crate::params::Params;
-use crate::plane::Plane;
+use crate::plane::{Plane, padded};
 use crate::probe::Probe;
 use crate::region::{Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
@@ -17,6 +17,11 @@ use crate::row::workers::Workers;
 use crate::stage::background::Finding;
 use crate::state::{Origin, Remember, State, StateError, Visit};
 use crate::timing::Timing;
+
+/// Attention reads what prediction said a horizon ago: within it nothing waits for anything later.
+fn together(params: &Params, machine: &Machine) -> usize {
+    machine.together.clamp(1, MOST_TOGETHER.min(params.horizon()))
+}
 
 /// Of its states.
 const KIND: &str = "detector";
@@ -32,6 +37,8 @@ impl Remember for Detector {
 pub const LEAST_SIDE: usize = 16;
 /// Most pixels of a frame.
 pub const MOST_PIXELS: usize = 1 << 28;
+/// Pixels of a frame that there is memory for wherever this program runs: some tens of megabytes.
+const ALWAYS_THERE: usize = 1 << 16;
 /// Most threads of a detector.
 pub const MOST_THREADS: usize = 256;
 
@@ -75,7 +82,7 @@ impl Detector {
     /// A detector for frames of `size`, using as many threads as the machine has cores.
     ///
     /// # Errors
-    /// Parameters out of range, frames below 16 x 16.
+    /// Parameters out of range, frames below 16 x 16, more memory than the system gives.
     pub fn new(size: Size, params: &Params) -> Result<Self, ParamError> {
         Self::with_options(size, params, &Machine::default())
     }
@@ -101,9 +108,14 @@ impl Detector {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
         let workers = Workers::new(machine)?;
-        // Attention reads what prediction said a horizon ago: within it nothing waits for anything later.
-        let together = machine.together.clamp(1, MOST_TOGETHER.min(params.horizon()));
-        Ok(Self {
+        ask_for(size, Self::needs(size, params, machine))?;
+        Ok(Self::made(size, params, machine, workers))
+    }
+
+    /// All of it has been checked, and there is memory.
+    pub(crate) fn made(size: Size, params: &Params, machine: &Machine, workers: Workers) -> Self {
+        let together = together(params, machine);
+        Self {
             params: params.clone(),
             frames: 0,
             lag: lag::measure(params, workers.simd()),
@@ -112,7 +124,17 @@ impl Detector {
             luminance: (0..together).map(|_| Plane::new(size)).collect(),
             model: wire(size, params, machine.threads, together),
             workers,
-        })
+        }
+    }
+
+    /// Bytes that it will hold at most, about, where there may be too few: its parameters are valid.
+    pub(crate) fn needs(size: Size, params: &Params, machine: &Machine) -> usize {
+        if size.area() <= ALWAYS_THERE {
+            return 0;
+        }
+        let together = together(params, machine);
+        let luminance = (together * size_of::<f32>() * size.height * padded(size.width)) as f64;
+        (luminance + bytes(size, params, machine.threads, together)) as usize
     }
 
     /// Looks for targets in a region only, from the next frame on, or again everywhere. What it remembers stays.

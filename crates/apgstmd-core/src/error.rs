@@ -52,6 +52,17 @@ pub enum ParamError {
         /// Most pixels.
         most: usize,
     },
+    /// More memory than the system has.
+    #[error(
+        "frames of {size} (height x width) need {bytes} bytes of memory, which the system does not give: smaller frames or \
+         fewer detectors need less"
+    )]
+    Memory {
+        /// The size given.
+        size: Size,
+        /// What would have been held at most.
+        bytes: usize,
+    },
     /// A thread count that makes no sense.
     #[error("{threads} threads were asked for, but it must be between 1 and {most}")]
     Threads {

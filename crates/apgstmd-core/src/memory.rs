@@ -1,6 +1,10 @@
 //! How much memory a detector holds, counted by what it owns.
 
+use std::hint::black_box;
 use std::ops::Add;
+
+use crate::error::ParamError;
+use crate::frame::Size;
 
 /// Bytes on the heap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +26,16 @@ impl Add for Memory {
 /// What owns memory, and says how much.
 pub(crate) trait Heap {
     fn heap(&self) -> Memory;
+}
+
+/// Asks the system for all of it at once and gives it back: what it refuses now would end the program in the middle of
+/// its allocations.
+pub(crate) fn ask_for(size: Size, bytes: usize) -> Result<(), ParamError> {
+    let mut all = Vec::<u8>::new();
+    all.try_reserve_exact(bytes).map_err(|_| ParamError::Memory { size, bytes })?;
+    // What nobody looks at is not asked for.
+    black_box(all.as_mut_ptr());
+    Ok(())
 }
 
 /// Bytes that are written to in full.
@@ -87,3 +101,41 @@ macro_rules! heap {
 pub(crate) use heap;
 
 heap!(f32, f64, u8, u16, u32, u64, usize, isize, bool, std::ops::Range<usize>);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::Detector;
+    use crate::params::{Model, Params, Preset};
+    use crate::row::machine::Machine;
+
+    /// What is asked for beforehand is what is held then, or a little more: what follows the background takes no more samples
+    /// from larger frames.
+    #[test]
+    fn what_is_asked_for_is_what_is_held() {
+        let presets = [Preset::Paper, Preset::Practical].map(Params::preset);
+        for params in presets.into_iter().chain(Model::ALL[1..].iter().map(|model| Params::for_model(*model))) {
+            let params = params.for_speed(1.0).unwrap();
+            for (size, threads, together) in
+                [((270, 480), 1, 4), ((1000, 333), 3, 1), ((70, 2000), 1, 1), ((1080, 1920), 2, 4)]
+            {
+                let size = Size::new(size.0, size.1);
+                let machine = Machine { together, ..Machine::with_threads(threads) };
+                let needs = Detector::needs(size, &params, &machine) as f64;
+                let held = Detector::with_options(size, &params, &machine).unwrap().memory().bound as f64;
+                // Tiles are counted whole.
+                let most = if size.height < 256 { 1.15 * held } else { 1.02 * held };
+                assert!(needs > 0.99 * held && needs < most, "{}, {size}: {needs} {held}", params.model);
+            }
+        }
+    }
+
+    #[test]
+    fn what_there_is_not_is_refused() {
+        let size = Size::new(20, 30);
+        assert_eq!(ask_for(size, 1 << 20), Ok(()));
+        for bytes in [1 << 62, usize::MAX] {
+            assert_eq!(ask_for(size, bytes), Err(ParamError::Memory { size, bytes }));
+        }
+    }
+}

@@ -3,13 +3,15 @@
 use apgstmd_cli::failure::Failure;
 use apgstmd_core::{FrameError, MissingStage, ParamError, RegionError, StateError, UnknownModel, UnknownStage};
 use pyo3::PyErr;
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyTypeError, PyValueError};
 
 pub enum Error {
     /// A value or a frame that cannot be used: ValueError.
     Value(String),
     /// An object of the wrong kind: TypeError.
     Type(String),
+    /// There is not enough of it: MemoryError.
+    Memory(String),
     /// The detector or the machine is in no state to go on: RuntimeError.
     State(String),
 }
@@ -18,6 +20,7 @@ impl From<ParamError> for Error {
     fn from(error: ParamError) -> Self {
         match error {
             ParamError::ThreadStart { .. } => Self::State(error.to_string()),
+            ParamError::Memory { .. } => Self::Memory(error.to_string()),
             _ => Self::Value(error.to_string()),
         }
     }
@@ -74,6 +77,7 @@ impl From<Error> for PyErr {
         match error {
             Error::Value(message) => PyValueError::new_err(message),
             Error::Type(message) => PyTypeError::new_err(message),
+            Error::Memory(message) => PyMemoryError::new_err(message),
             Error::State(message) => PyRuntimeError::new_err(message),
         }
     }

@@ -18,6 +18,7 @@ use crate::model::lag;
 use crate::params::Localise;
 use crate::region::{Region, RegionError};
 use crate::row::machine::{Machine, SimdLevel};
+use crate::row::workers::Workers;
 use crate::state::{Remember, StateError, Visit};
 use crate::tiles::TILE;
 use crate::timing::Timing;
@@ -26,6 +27,11 @@ use crate::timing::Timing;
 const FORGOTTEN: u64 = 16;
 /// Points of a trace after which more of them count no more.
 const MOST_POINTS: f32 = 60.0;
+
+/// Size of the frames that a member sees.
+fn reduced(full: Size, member: &Member) -> Size {
+    Size::new(full.height / member.scale, full.width / member.scale)
+}
 
 /// What a bank remembers of a trace of a member.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -106,8 +112,9 @@ impl Running {
         alike: Option<Calibration>,
     ) -> Result<Self, ParamError> {
         let params = bank.of(&member)?;
-        let size = Size::new(full.height / member.scale, full.width / member.scale);
-        let mut detector = Detector::with_options(size, &params, &Machine { simd, ..Machine::with_threads(1) })?;
+        params.validate()?;
+        let machine = Machine { simd, ..Machine::with_threads(1) };
+        let mut detector = Detector::made(reduced(full, &member), &params, &machine, Workers::new(&machine)?);
         detector.share();
         let calibration = alike.unwrap_or_else(|| {
             let mut moved = params.clone();
@@ -126,6 +133,11 @@ impl Running {
             candidates: Vec::with_capacity(peaks),
             timing: Timing::default(),
         })
+    }
+
+    /// Bytes that it will hold at most, about.
+    pub fn needs(member: &Member, full: Size, bank: &BankParams) -> Result<usize, ParamError> {
+        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, &Machine::with_threads(1)))
     }
 
     /// Sees what can be of a target in the region.

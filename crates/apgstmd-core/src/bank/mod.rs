@@ -18,7 +18,7 @@ use crate::detection::Response;
 use crate::detector::{LEAST_SIDE, MOST_PIXELS};
 use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
-use crate::memory::{Heap, Memory};
+use crate::memory::{Heap, Memory, ask_for};
 use crate::model::lag;
 use crate::region::{Region, RegionError};
 use crate::row::bands::{Rows, Slice};
@@ -88,7 +88,7 @@ impl Bank {
     /// A bank for frames of `size`, using as many threads as the machine has cores.
     ///
     /// # Errors
-    /// Parameters out of range, frames below 16 x 16.
+    /// Parameters out of range, frames below 16 x 16, more memory than the system gives.
     pub fn new(size: Size, params: &BankParams) -> Result<Self, ParamError> {
         Self::with_options(size, params, &Machine::default())
     }
@@ -111,6 +111,8 @@ impl Bank {
             return Err(ParamError::TooSmall { size, least });
         };
         let workers = Workers::new(machine)?;
+        let needs = used.iter().map(|member| Running::needs(member, size, params));
+        ask_for(size, needs.sum::<Result<_, _>>()?)?;
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
         let levels: Vec<Level> = levels.map(|scale| Level::new(size, *scale, &params.base, machine.threads)).collect();
         let ideal = Ideal::new(&params.base.retina);

@@ -21,7 +21,7 @@ use crate::row::recurse::Prepare;
 use crate::stage::background::Finding;
 use crate::stage::rejection::Responses;
 use crate::state::Remember;
-use crate::tiles::Area;
+use crate::tiles::{Area, TILE};
 use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
@@ -67,6 +67,16 @@ pub(crate) fn wire(size: Size, params: &Params, threads: usize, together: usize)
         Model::Cascaded => Box::new(cascaded::Cascaded::new(size, params, threads)),
         Model::Estmd => Box::new(estmd::Estmd::new(size, params, threads)),
     }
+}
+
+/// Bytes that [`wire`] comes to, about, found from two smaller ones: they grow with the tiles of a frame.
+pub(crate) fn bytes(size: Size, params: &Params, threads: usize, together: usize) -> f64 {
+    let of = |side: usize| wire(Size::new(side, side), params, threads, together).heap().bound as f64;
+    let tiles = |height: usize, width: usize| (height.div_ceil(TILE) * width.div_ceil(TILE)) as f64;
+    // From 128 on what follows the background takes no more samples.
+    let (small, large) = (of(128), of(256));
+    let each = (large - small) / (tiles(256, 256) - tiles(128, 128));
+    large + each * (tiles(size.height, size.width) - tiles(256, 256))
 }
 
 /// Frames from the onset of a matched target to its complete response: the longest delay, and the horizon of the
