@@ -242,6 +242,7 @@ fn what_is_refused() {
         ("rtsp://me:secret@cam/1", 2, "rtsp://cam/1 cannot be read again"),
         ("empty.txt", 2, "names no videos"),
         ("@none", 1, "cannot read the list none"),
+        ("@/dev/zero", 1, "it has more than 256 MiB"),
         ("*.mkv", 1, "nothing matches the pattern *.mkv"),
     ] {
         let ran = batch(place.path(), &out, words.split(' ')).fails(code, &[parts]);
@@ -282,6 +283,41 @@ mod unix {
         fs::write(out.join("clips/a/mine.txt"), "mine").unwrap();
         batch(place.path(), &out, ["a", "--resume", "--quiet"]).fails(1, &["clips/a is in the way"]);
         assert_eq!(fs::read_to_string(out.join("clips/a/mine.txt")).unwrap(), "mine");
+    }
+
+    /// Whatever stands in the folder of a batch, nothing else is written through it, and whatever inputs are called, their
+    /// results stay inside.
+    #[test]
+    fn nothing_is_written_through_links_or_names() {
+        let place = clips(&["a", "in/b"]);
+        let elsewhere = tempfile::tempdir().unwrap();
+        let mine = elsewhere.path().join("mine");
+        fs::write(&mine, "mine").unwrap();
+        let (_parent, out) = results();
+        fs::create_dir(&out).unwrap();
+        for (name, to) in [
+            ("manifest.json", "mine"),
+            ("manifest.json.part", "mine"),
+            ("index.html", "new"),
+            ("index.html.part", "new"),
+        ] {
+            symlink(elsewhere.path().join(to), out.join(name)).unwrap();
+        }
+        fs::create_dir(out.join("failed")).unwrap();
+        symlink(elsewhere.path(), out.join("failed/a")).unwrap();
+        let list = format!("../a\n{}\n./../in/../in/b\n", place.path().join("a").display());
+        fs::write(place.path().join("in/list.txt"), list).unwrap();
+        batch(&place.path().join("in"), &out, ["@list.txt", "--resume"]).ok();
+        assert_whole(&out);
+        assert_eq!(manifest(&out).keys().collect::<Vec<_>>(), ["a", "b"]);
+        let listed = |folder: &Path| fs::read_dir(folder).unwrap().count();
+        assert_eq!((listed(elsewhere.path()), fs::read_to_string(&mine).unwrap().as_str()), (1, "mine"));
+        assert_eq!(listed(out.parent().unwrap()), 1, "nothing beside the folder");
+        let (_parent, out) = results();
+        fs::create_dir(&out).unwrap();
+        symlink(elsewhere.path().join("lock"), out.join("batch.lock")).unwrap();
+        batch(place.path(), &out, ["a"]).fails(1, &["batch.lock is no file of this program"]);
+        assert_eq!(listed(elsewhere.path()), 1);
     }
 
     /// One picture under many names, as work that takes long.

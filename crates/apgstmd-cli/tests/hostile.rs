@@ -259,3 +259,46 @@ fn a_picture_that_is_a_device() {
     assert_eq!(json(&out.join("run.json"))["frames"], 2);
     assert!(csv_rows(&out.join("detections.csv")).iter().all(|row| row.frame < 2));
 }
+
+/// Links in the results folder that lead out of it: nothing is written through them, unasked or asked.
+#[test]
+fn links_in_the_results_folder() {
+    let frames = folder(6);
+    let elsewhere = folder(0);
+    let mine = elsewhere.path().join("mine");
+    fs::write(&mine, "mine").unwrap();
+    let line = "run {in} --out {out} --speed 1 --overlay --dump P";
+    for (name, to) in [
+        ("detections.csv", "mine"),
+        ("tracks.csv", "new"),
+        ("camera.csv", "new"),
+        ("run.json", "mine"),
+        ("strip.png", "new"),
+        ("run.json.part", "mine"),
+    ] {
+        let (_parent, out) = results();
+        fs::create_dir(&out).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path().join(to), out.join(name)).unwrap();
+        let ran = apgstmd(line, frames.path(), &out);
+        if name != "run.json.part" {
+            ran.fails(1, &[name, "is there already"]);
+            apgstmd(&format!("{line} --force"), frames.path(), &out).ok();
+        }
+        assert!(!out.join(name).is_symlink(), "{name} is a file now, or gone");
+        assert_eq!(fs::read_to_string(&mine).unwrap(), "mine", "{name}");
+        assert_eq!(fs::read_dir(elsewhere.path()).unwrap().count(), 1, "{name}");
+    }
+    for name in ["overlay", "dump"] {
+        let (_parent, out) = results();
+        fs::create_dir(&out).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), out.join(name)).unwrap();
+        apgstmd(&format!("{line} --force"), frames.path(), &out).fails(1, &[name, "is a link"]);
+    }
+    for name in ["overlay/f_3.png", "dump/P_000003.npy"] {
+        let (_parent, out) = results();
+        fs::create_dir_all(out.join(name).parent().unwrap()).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path().join("new"), out.join(name)).unwrap();
+        apgstmd(line, frames.path(), &out).fails(1, &[name]);
+    }
+    assert_eq!(fs::read_dir(elsewhere.path()).unwrap().count(), 1);
+}

@@ -278,3 +278,56 @@ fn cameras_that_do_not_answer() {
     let frames = folder(3);
     run(&[frames.path().to_str().unwrap(), "--live"]).fails(2, &["--live", "pictures"]);
 }
+
+/// Frames that come so slowly that they pass 2^32 milliseconds, and enough of them that memory would show if it grew; of a
+/// million, see `make long`.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_long_stream() {
+    const FRAMES: u64 = 5000;
+    const SECONDS: u64 = 1000;
+    let (_parent, out) = results();
+    let words = ["run", "-", "--raw", "32x24", "--speed", "1", "--threads", "1", "--quiet", "--fps", "0.001", "--out"];
+    let mut child = command().args(words).arg(&out).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let resident = |process: u32| {
+        let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap().trim();
+        line.trim_end_matches(" kB").parse::<u64>().unwrap()
+    };
+    let mut memory = Vec::new();
+    for frame in 0..FRAMES {
+        let at = frame % 60;
+        let picture: Vec<u8> = (0..32 * 24u64)
+            .map(|i| {
+                if (i % 32 + 10).abs_diff(at) < 3 && (i / 32).abs_diff(12) < 3 {
+                    20
+                } else {
+                    200 + (i * frame % 7) as u8
+                }
+            })
+            .collect();
+        stdin.write_all(&picture).unwrap();
+        if (frame + 1).is_multiple_of(FRAMES / 5) {
+            memory.push(resident(child.id()));
+        }
+    }
+    drop(stdin);
+    Ran::from(child.wait_with_output().unwrap()).ok();
+    assert!(memory[4] < memory[0] + 2048, "kB: {memory:?}");
+    for table in ["detections.csv", "camera.csv", "tracks.csv"] {
+        let mut rows = csv::Reader::from_path(out.join(table)).unwrap();
+        let column = |name: &str, rows: &mut csv::Reader<fs::File>| {
+            rows.headers().unwrap().iter().position(|c| c == name).unwrap()
+        };
+        let (frame, time) = (column("frame", &mut rows), column("time_s", &mut rows));
+        let mut last = 0;
+        for row in rows.records() {
+            let row = row.unwrap();
+            let (frame, time): (u64, f64) = (row[frame].parse().unwrap(), row[time].parse().unwrap());
+            assert_eq!(time, (frame * SECONDS) as f64, "{table}");
+            last = last.max(frame);
+        }
+        assert!(last * SECONDS * 1000 > 1 << 32, "{table} ends with frame {last}");
+    }
+}

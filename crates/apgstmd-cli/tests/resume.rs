@@ -1,64 +1,16 @@
-//! `--checkpoint` and `--resume`: however often a run is killed, its files end up as those of one that was not.
+//! `--checkpoint` and `--resume`: however often a run is killed or interrupted, its files end up as those of one that was not.
+
+#![cfg(unix)]
 
 mod common;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{Ran, apgstmd, command, folder, json, results};
-use tempfile::TempDir;
-
-/// Three squares before moving clutter: tracks begin, end and cross.
-fn scene(frames: usize) -> (TempDir, PathBuf) {
-    let target = |y: f64, speed: f64| {
-        format!("[[target]]\npath = {{ kind = 'straight', start = [10.0, {y:.1}], speed = {speed:.1} }}\n")
-    };
-    let text = format!(
-        "width = 80\nheight = 64\nrate = 100.0\nframes = {frames}\nseed = 5\n\
-         [background]\nkind = 'natural'\nvelocity = [-30.0, 0.0]\n{}{}{}",
-        target(20.0, 60.0),
-        target(32.0, 100.0),
-        target(44.0, 40.0)
-    );
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("scene.toml");
-    fs::write(&file, text).unwrap();
-    (folder, file)
-}
-
-const TABLES: [&str; 5] = ["detections.csv", "detections.jsonl", "tracks.csv", "tracks.mot", "camera.csv"];
-
-/// Every table, as far as it is there.
-fn tables(out: &Path) -> BTreeMap<&'static str, Vec<u8>> {
-    TABLES.into_iter().filter_map(|name| Some((name, fs::read(out.join(name)).ok()?))).collect()
-}
-
-/// What run.json says but for times and threads.
-fn record(out: &Path) -> serde_json::Value {
-    let mut record = json(&out.join("run.json"));
-    let object = record.as_object_mut().unwrap();
-    for timed in
-        ["seconds", "processor_seconds", "seconds_per_frame", "stage_seconds_per_frame", "threads", "resumed_after"]
-    {
-        object.remove(timed);
-    }
-    record
-}
-
-fn start(line: &str, input: &Path, out: &Path) -> Child {
-    let put =
-        |word: &str| word.replace("{in}", &input.display().to_string()).replace("{out}", &out.display().to_string());
-    command()
-        .args(line.split_whitespace().map(put))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
+use common::{Ran, apgstmd, folder, json, record, results, scene, start, tables};
 
 /// After a kill: what is there are the first rows of what will be, and perhaps a part of the next.
 fn assert_prefix(part: &BTreeMap<&str, Vec<u8>>, whole: &BTreeMap<&'static str, Vec<u8>>) {
@@ -68,7 +20,10 @@ fn assert_prefix(part: &BTreeMap<&str, Vec<u8>>, whole: &BTreeMap<&'static str, 
     }
 }
 
-/// Kills runs of `line` after pseudo-random times, up to that of a whole run, until so many were killed, beginning anew when
+/// How runs are ended, in turn.
+const SIGNALS: [&str; 3] = ["-KILL", "-INT", "-TERM"];
+
+/// Ends runs of `line` after pseudo-random times, up to that of a whole run, until so many were ended, beginning anew when
 /// one is through.
 fn kill(line: &str, input: &Path, kills: usize) {
     let (_parent, whole) = results();
@@ -80,11 +35,14 @@ fn kill(line: &str, input: &Path, kills: usize) {
     assert!(truth.len() >= 2 && truth.values().all(|table| table.len() > 1000), "there is something to compare");
     let (mut killed, mut resumed, mut through, mut seed) = (0, 0, 0, 7u64);
     let begin = Instant::now();
-    while killed < kills || through == 0 {
+    while killed < kills || through == 0 || resumed == 0 {
         let (_parent, out) = results();
         fs::create_dir(&out).unwrap();
         loop {
-            assert!(begin.elapsed() < Duration::from_secs(300), "{killed} killed, {through} through");
+            assert!(
+                begin.elapsed() < Duration::from_secs(600),
+                "{killed} killed, {resumed} resumed, {through} through"
+            );
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let mut child = start(line, input, &out);
             let until = Instant::now() + longest.mul_f64((seed >> 33) as f64 / (1u64 << 31) as f64);
@@ -92,31 +50,45 @@ fn kill(line: &str, input: &Path, kills: usize) {
                 std::thread::sleep(Duration::from_millis(1));
             }
             let ended = child.try_wait().unwrap().is_some();
-            let _ = child.kill();
+            let signal = SIGNALS[killed % SIGNALS.len()];
+            if !ended {
+                assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+            }
             let ran = Ran::from(child.wait_with_output().unwrap());
             resumed += usize::from(ran.stderr.contains("going on after"));
-            if ended {
+            if ended || ran.code == 0 {
                 ran.ok();
                 break;
             }
             killed += 1;
-            assert_prefix(&tables(&out), &truth);
+            // A bank lists its first frames by what the clip has shown when it is asked to end: then the next run begins anew.
+            if ran.code == -1 || out.join("checkpoint.safetensors").exists() {
+                assert_prefix(&tables(&out), &truth);
+            }
+            // -1: killed, or asked before it listens.
+            assert!(ran.code == -1 || signal != "-KILL" && ran.code == 130, "{signal}: {} {}", ran.code, ran.stderr);
+            // Said where there was a first frame.
+            if ran.stderr.contains("interrupted: the files are complete") {
+                assert_eq!(record(&out)["interrupted"], true);
+                let whole = |table: &Vec<u8>| table.is_empty() || table.ends_with(b"\n");
+                assert!(tables(&out).values().all(whole), "{signal} leaves whole rows");
+            }
         }
         through += 1;
         assert!(tables(&out) == truth, "the tables are not those of a run that was never disturbed");
         assert_eq!(record(&out), told);
-        assert!(!out.join("checkpoint.safetensors").exists() && !out.join("checkpoint.part").exists());
+        let left: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left.len(), truth.len() + 1, "tables and run.json, but there is {left:?}");
     }
     println!("{killed} killed, {resumed} went on from a checkpoint, {through} through");
-    assert!(resumed > kills / 4, "{killed} killed, {resumed} went on from a checkpoint, {through} through");
 }
 
 const RUN: &str = "run {in} --out {out} --speed 1 --threads 1 --format csv,jsonl --mot {out}/tracks.mot";
 
-/// `KILLS=100 cargo test --test resume` for more of them.
+/// `KILLS=100 cargo test --test resume -- --nocapture kills` for more of them.
 #[test]
 fn kills_change_nothing() {
-    let kills = std::env::var("KILLS").map_or(25, |kills| kills.parse().expect("a number"));
+    let kills = std::env::var("KILLS").map_or(6, |kills| kills.parse().expect("a number"));
     let (_folder, scene) = scene(150);
     kill(&format!("{RUN} --checkpoint 10 --resume"), &scene, kills);
 }
@@ -125,7 +97,7 @@ fn kills_change_nothing() {
 fn a_bank_that_is_killed_goes_on() {
     let (_folder, scene) = scene(150);
     let line = "run {in} --out {out} --speeds 1,2 --sizes 5 --mot {out}/tracks.mot --checkpoint 10 --resume";
-    kill(line, &scene, 6);
+    kill(line, &scene, 3);
 }
 
 /// Without checkpoints a run that was killed is made anew.
@@ -158,7 +130,6 @@ fn without_a_checkpoint_it_begins_anew() {
 
 /// SIGINT and SIGTERM leave a checkpoint of the last frame, on pictures, video and standard input, with gaps and pictures that
 /// cannot be used.
-#[cfg(unix)]
 #[test]
 fn what_was_interrupted_goes_on() {
     let pictures = folder(60);
@@ -215,6 +186,11 @@ fn what_cannot_be_resumed_is_refused() {
     child.kill().unwrap();
     child.wait().unwrap();
     let good = fs::read(&kept).unwrap();
+    // A state like any other, with its format.
+    let head = u64::from_le_bytes(good[..8].try_into().unwrap()) as usize;
+    let head: serde_json::Value = serde_json::from_slice(&good[8..8 + head]).unwrap();
+    let told = head["__metadata__"]["apgstmd"].as_str().unwrap();
+    assert!(told.contains("format = 1\n") && told.contains("of = \"run\"\n"), "{told}");
 
     let other = line.replace("--speed 1", "--speed 2");
     apgstmd(&other, &file, &out).fails(1, &["checkpoint.safetensors", "was made with", "but here it is"]);

@@ -203,6 +203,21 @@ fn times_of_a_variable_rate() {
     assert_eq!(record["input"]["left_out"], "21..22,24..25,27..28,30..31,33..34");
 }
 
+/// Time stamps of a video past 2^32 milliseconds. (ffmpeg takes gaps of more than 30 hours for errors.)
+#[test]
+fn times_of_a_long_video() {
+    let (_frames, path) = clip(48, "-vf setpts=N*(100000+1/30)/TB -vsync 0 -pix_fmt gray -c:v ffv1", "clip.mkv");
+    let (rows, record) = rows("", &path);
+    assert_eq!(record["frames"], 48);
+    assert!(rows.iter().any(|row| row.time.unwrap() * 1e3 > 2f64.powi(32)));
+    // This container keeps milliseconds.
+    assert!(
+        rows.iter().all(|row| (row.time.unwrap() - (100_000.0 + 1.0 / 30.0) * row.frame as f64).abs() < 6e-4),
+        "{:?}",
+        rows.last()
+    );
+}
+
 /// Frames are as players show them, and as ffmpeg writes them to pictures.
 #[test]
 fn rotation_is_applied() {

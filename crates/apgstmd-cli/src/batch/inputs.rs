@@ -1,13 +1,13 @@
 //! INPUT of `apgstmd batch` to clips: lists and patterns spelled out, each input once, and a safe name for each.
 
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf, absolute};
 
 use crate::Outcome;
 use crate::failure::{Failure, reason};
 use crate::source::ffmpeg::Location;
 use crate::source::{Numbered, is_picture};
+use crate::text::read_list;
 
 /// Longest name of a clip's folder, bytes: file systems take 255, and more is added to it.
 const LONGEST_NAME: usize = 100;
@@ -51,8 +51,9 @@ fn list_of(word: &Path) -> Option<PathBuf> {
 }
 
 fn lines(list: &Path) -> Outcome<Vec<PathBuf>> {
-    let bytes = fs::read(list).map_err(|error| {
+    let bytes = read_list(list).map_err(|error| {
         Failure::failed(format_args!("cannot read the list {}: {}", list.display(), reason(&error)))
+            .hint("several lists can be given, and patterns")
     })?;
     // As `find -print0` writes it: names may hold anything else.
     let end = if bytes.contains(&0) { 0 } else { b'\n' };

@@ -262,6 +262,10 @@ fn prepare(out: &Path) -> Outcome<File> {
     fs::create_dir_all(out)
         .map_err(|error| Failure::write(out, error).hint("choose a folder you may write to with --out"))?;
     let path = out.join(LOCK);
+    if fs::symlink_metadata(&path).is_ok_and(|about| !about.is_file()) {
+        return Err(Failure::failed(format_args!("{} is no file of this program", path.display()))
+            .hint("move what stands there, or choose another folder with --out"));
+    }
     let lock = File::options().create(true).append(true).open(&path).map_err(|error| Failure::write(&path, error))?;
     match lock.try_lock() {
         Ok(()) => {}

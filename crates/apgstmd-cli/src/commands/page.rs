@@ -103,7 +103,7 @@ fn facts(gathered: &Gathered, report: &Report) -> Vec<Fact> {
         ));
     }
     if let Some(first) = background.cuts.first() {
-        facts.push(fact(background.cuts.len().to_string(), "cuts", format!("the first before frame {first}")));
+        facts.push(fact(background.cut_count.to_string(), "cuts", format!("the first before frame {first}")));
     }
     if let Some(live) = report.live {
         facts.push(fact(live.dropped.to_string(), "frames dropped", "live: always the newest".to_owned()));

@@ -279,7 +279,8 @@ fn write_record(settings: &RunSettings, report: &Report, warnings: &[Warning], f
         resumed_after: report.resumed_after,
         settings_sha256: Some(sha256(settings)),
         live: report.live,
-        skipped: &report.skipped,
+        skipped: report.skipped.listed(),
+        frames_skipped: report.skipped.count(),
         interrupted: report.interrupted,
         error: report.failure.as_ref().and_then(Failure::text),
         found: report.found,
@@ -316,7 +317,8 @@ fn input_record<'a>(settings: &'a RunSettings, report: &Report) -> Input<'a> {
             Some(Place::Seconds(_)) => report.last.map_or(count, |last| last + 1),
         },
         step: span.stride(),
-        left_out: report.left_out.iter().map(range).collect::<Vec<_>>().join(","),
+        left_out: report.left_out.listed().iter().map(range).collect::<Vec<_>>().join(","),
+        frames_left_out: report.left_out.count(),
         fps: settings.source.rate(),
         bit_depth: settings.bit_depth,
         scene: settings.source.scene(),
@@ -351,11 +353,11 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
             "before a plain sky that is as it should be; elsewhere what is found there may belong to the background",
         ));
     }
-    if let Some(first) = report.skipped.first() {
+    if let Some(first) = report.skipped.listed().first() {
         warnings.push(Warning::new(
             "skipped",
-            format!("{} skipped, the first {}: {}", report.skipped.len(), first.name, first.reason),
-            "run.json lists all of them",
+            format!("{} skipped, the first {}: {}", report.skipped.count(), first.name, first.reason),
+            "run.json lists them",
         ));
     }
     if let (Some(claimed), None, false) = (settings.source.claims(), settings.span.stop, report.interrupted) {
@@ -372,6 +374,8 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
     warnings
 }
 
+/// Cuts that the summary names.
+const CUTS_NAMED: usize = 20;
 /// Share of dropped frames from which on it matters.
 const MANY_DROPPED: f64 = 0.2;
 /// False alarms that must be expected in a clip for it to tell how frequent they are.
@@ -425,9 +429,12 @@ fn summarise(settings: &RunSettings, report: &Report, warnings: &[Warning]) {
             1e3 * live.delay.most,
         ));
     }
-    let background = &report.background;
-    if !background.cuts.is_empty() {
-        lines.push(format!("the scene is cut before {}: {:?}", count(background.cuts.len(), "frame"), background.cuts));
+    let cuts = &report.background.cuts;
+    if !cuts.is_empty() {
+        let first: Vec<String> = cuts.iter().take(CUTS_NAMED).map(usize::to_string).collect();
+        let more = if cuts.len() > first.len() { ", ..." } else { "" };
+        let all = count(report.background.cut_count, "frame");
+        lines.push(format!("the scene is cut before {all}: {}{more}", first.join(", ")));
     }
     lines.extend(warnings.iter().map(|warning| format!("warning: {}; {}", warning.text, warning.advice)));
     if report.interrupted {

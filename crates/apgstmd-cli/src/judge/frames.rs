@@ -1,5 +1,6 @@
 //! Which frames are judged: those that the detector saw, as far as anything tells.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::ops::Range;
@@ -11,7 +12,10 @@ use serde::Deserialize;
 use crate::Outcome;
 use crate::failure::{Failure, reason};
 use crate::settings::parse_range;
-use crate::sink::results::RUN;
+use crate::sink::results::{CAMERA, RUN};
+
+/// Most frames that are taken one by one: 1 GiB of them.
+const MOST_LISTED: usize = 1 << 27;
 
 /// What told how many frames there were.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -133,6 +137,8 @@ pub struct RunFrames {
 struct Record {
     frames: usize,
     skipped: Vec<Skipped>,
+    /// As many as are listed, where it is not said.
+    frames_skipped: Option<usize>,
     interrupted: bool,
     error: Option<String>,
     input: Input,
@@ -152,6 +158,8 @@ struct Input {
     /// Dropped live, or passed over by time.
     #[serde(default)]
     left_out: String,
+    /// As many as are listed, where it is not said.
+    frames_left_out: Option<usize>,
 }
 
 impl RunFrames {
@@ -179,17 +187,24 @@ impl RunFrames {
             return Ok(None);
         }
         let record: Record = serde_json::from_value(value).map_err(|error| failed(&error.to_string()))?;
-        let Input { pictures, start, stop, step, left_out } = record.input;
-        if step == 0 || start >= stop || record.frames + record.skipped.len() == 0 {
+        let Input { pictures, start, stop, step, left_out, frames_left_out } = record.input;
+        let frames_skipped = record.frames_skipped.unwrap_or(record.skipped.len());
+        let seen = record.frames.saturating_add(frames_skipped);
+        if step == 0 || start >= stop || seen == 0 {
             return Err(failed("it holds no frames"));
         }
         let mut left_out = ranges(&left_out, start..stop).ok_or_else(|| failed("left_out names no frames of it"))?;
         left_out.retain(|frame| (frame - start).is_multiple_of(step));
-        let taken = record.frames + record.skipped.len() + left_out.len();
+        let frames_left_out = frames_left_out.unwrap_or(left_out.len());
+        let taken = seen.saturating_add(frames_left_out);
         // A run that ended early used the first so many.
         let stop = stop.min(start.saturating_add((taken - 1).saturating_mul(step)).saturating_add(1));
-        let mut skipped: Vec<usize> = record.skipped.into_iter().map(|skipped| skipped.frame).collect();
-        skipped.extend(left_out);
+        let all_listed = frames_skipped == record.skipped.len() && frames_left_out == left_out.len();
+        let mut skipped = match all_listed {
+            true => record.skipped.into_iter().map(|skipped| skipped.frame).chain(left_out).collect(),
+            false if path.is_file() => others(&path.with_file_name(CAMERA), start..stop, step)?,
+            false => return Err(failed("it lists the first of the frames that were left out, but not all")),
+        };
         skipped.sort_unstable();
         let frames = Frames { start, stop, step, skipped, origin: Origin::Run(path.to_owned()) };
         Ok(Some(Self { frames, available: pictures, ended_early: record.interrupted || record.error.is_some() }))
@@ -209,12 +224,27 @@ impl RunFrames {
     }
 }
 
-/// `3..5,9`, all of them inside.
+/// Of these frames, those that have no row in camera.csv, which has one for each that was processed.
+fn others(camera: &Path, range: Range<usize>, step: usize) -> Outcome<Vec<usize>> {
+    let failed = |what: &str| unusable(camera, what);
+    if range.len() / step > MOST_LISTED {
+        return Err(failed("it would have more rows than can be read"));
+    }
+    let text = fs::read_to_string(camera).map_err(|error| failed(&reason(&error)))?;
+    // A run that was killed may leave a part of a row.
+    let rows = text.split_inclusive('\n').skip(1).filter(|row| row.ends_with('\n'));
+    let processed: Option<HashSet<usize>> = rows.map(|row| row.split(',').next()?.parse().ok()).collect();
+    let processed = processed.ok_or_else(|| failed("its first column holds no frames"))?;
+    Ok(range.step_by(step).filter(|frame| !processed.contains(frame)).collect())
+}
+
+/// `3..5,9`, all of them inside, and not more than a list of them may hold.
 fn ranges(text: &str, inside: Range<usize>) -> Option<Vec<usize>> {
     let mut frames = Vec::new();
     for item in text.split(',').filter(|item| !item.is_empty()) {
         let range = parse_range(item)?;
-        if !inside.contains(range.start()) || !inside.contains(range.end()) {
+        let longest = MOST_LISTED.saturating_sub(frames.len());
+        if !inside.contains(range.start()) || !inside.contains(range.end()) || range.end() - range.start() >= longest {
             return None;
         }
         frames.extend(range);

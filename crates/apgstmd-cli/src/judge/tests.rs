@@ -76,6 +76,26 @@ fn what_was_left_out_is_no_miss() {
     }
 }
 
+/// Of very many run.json lists the first: then camera.csv tells, which has a row for each frame that was processed.
+#[test]
+fn more_than_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.json");
+    let text = r#"{"program": "apgstmd", "frames": 5, "skipped": [{"frame": 4}], "frames_skipped": 2, "interrupted": true, "error": null,
+        "input": {"pictures": 100, "start": 2, "stop": 100, "step": 1, "left_out": "5..6", "frames_left_out": 3}}"#;
+    fs::write(&path, text).unwrap();
+    let beside = || RunFrames::beside(&folder.path().join("detections.csv"));
+    let told = beside().unwrap_err().text().unwrap();
+    assert!(told.contains("camera.csv") && told.contains("no such file"), "{told}");
+    // The last row is a part of one.
+    fs::write(folder.path().join("camera.csv"), "frame,time_s\n2,0\n3,1\n7,2\n10,8\n11,9\n1").unwrap();
+    assert_eq!(judged(&frames(beside().unwrap().as_ref(), None, (0, None)).unwrap()), [2, 3, 7, 10, 11]);
+    assert!(RunFrames::parse(text, Path::new("the run")).is_err());
+    // Nobody's memory holds so many, whatever is claimed.
+    let text = text.replace("5..6", "5..99999999999").replace("100,", "999999999999,");
+    assert!(RunFrames::parse(&text, &path).is_err());
+}
+
 #[test]
 fn other_programs_may_have_a_run_json_too() {
     assert_eq!(run(r#"{"program": "other"}"#).unwrap(), None);

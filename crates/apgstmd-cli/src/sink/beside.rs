@@ -1,6 +1,7 @@
 //! A file that is valid only as a whole: it grows beside its place and is moved there at the end.
 
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::Outcome;
@@ -18,12 +19,25 @@ impl Beside {
     /// # Errors
     /// It is not.
     pub fn new(path: &Path) -> Outcome<Self> {
+        Ok(Self::open(path)?.0)
+    }
+
+    /// The same, with the file itself. What stands there is replaced, and a link to elsewhere is not followed.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn open(path: &Path) -> Outcome<(Self, File)> {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = path.with_file_name(name);
         // The place is named as the user knows it.
-        File::create(&part).map_err(|error| Failure::write(path, error))?;
-        Ok(Self { path: path.to_owned(), part })
+        let failed = |error| Failure::write(path, error);
+        match fs::remove_file(&part) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
+            _ => {}
+        }
+        let file = File::create_new(&part).map_err(failed)?;
+        Ok((Self { path: path.to_owned(), part }, file))
     }
 
     /// Where it will be.

@@ -1,10 +1,9 @@
 //! camera.csv: how the background moved from frame to frame, one row a frame. Flushed after each.
 
-use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 
-use super::table::microseconds;
-use super::tracks::Rows;
+use super::table::{Target, microseconds};
 use super::{Seen, Sink};
 use crate::Outcome;
 
@@ -13,7 +12,7 @@ pub const COLUMNS: &str =
     "frame,time_s,detections,background_x,background_y,rotation_rad,zoom,residual,unexplained,cut";
 
 /// The table.
-pub struct CameraCsv(Rows);
+pub struct CameraCsv(Target);
 
 impl CameraCsv {
     /// Writes the header; with `length` the table is there, and goes on behind so many bytes.
@@ -22,13 +21,9 @@ impl CameraCsv {
     /// Writing failed.
     pub fn new(path: &Path, length: Option<u64>) -> Outcome<Self> {
         if let Some(length) = length {
-            return Ok(Self(Rows::resume(path, length)?));
+            return Ok(Self(Target::resume(path, length)?));
         }
-        let mut rows = Rows::new(path)?;
-        rows.text += COLUMNS;
-        rows.text.push('\n');
-        rows.flush()?;
-        Ok(Self(rows))
+        Ok(Self(Target::file(path)?.headed(COLUMNS)?))
     }
 }
 
@@ -40,11 +35,11 @@ impl Sink for CameraCsv {
         let (residual, unexplained, cut) = (ego_motion.residual, u8::from(ego_motion.unexplained), u8::from(*cut));
         // Of a shift a thousandth of a pixel is known at best.
         let moved = format_args!("{x:.4},{y:.4},{rotation:.7},{zoom:.7},{residual:.6}");
-        let _ = writeln!(self.0.text, "{frame},{time},{count},{moved},{unexplained},{cut}");
+        let _ = writeln!(self.0.rows, "{frame},{time},{count},{moved},{unexplained},{cut}");
         self.0.flush()
     }
 
     fn grows(&self) -> Option<&Path> {
-        Some(&self.0.path)
+        Some(self.0.path())
     }
 }

@@ -63,7 +63,7 @@ fn write_npy(path: &Path, array: &ArrayViewD<'_, f32>) -> io::Result<()> {
     header += &" ".repeat(length - header.len() - 1);
     header.push('\n');
     let length = u16::try_from(length).map_err(io::Error::other)?;
-    let mut out = BufWriter::new(fs::File::create(path)?);
+    let mut out = BufWriter::new(fs::File::create_new(path)?);
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&length.to_le_bytes())?;
     out.write_all(header.as_bytes())?;

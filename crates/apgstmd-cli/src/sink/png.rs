@@ -8,14 +8,14 @@ use png::{BitDepth, ColorType};
 
 const MARK: &str = concat!("apgstmd ", env!("CARGO_PKG_VERSION"));
 
-/// Writes samples row by row, the high byte first.
+/// Writes samples row by row, the high byte first, into a file that is not there yet.
 pub(super) fn write(
     path: &Path,
     (width, height): (u32, u32),
     (color, depth): (ColorType, BitDepth),
     samples: &[u8],
 ) -> io::Result<()> {
-    let mut out = BufWriter::new(File::create(path)?);
+    let mut out = BufWriter::new(File::create_new(path)?);
     let mut encoder = png::Encoder::new(&mut out, width, height);
     encoder.set_color(color);
     encoder.set_depth(depth);

@@ -27,6 +27,9 @@ pub const SUMMARY: &str = "summary.txt";
 /// Folder of annotated pictures.
 pub const OVERLAY: &str = "overlay";
 
+/// Folder of inner maps, unless another is named.
+pub const DUMP: &str = "dump";
+
 /// All that stand in the folder itself.
 pub const SINGLE_FILES: [&str; 8] = [CSV, JSONL, TRACKS, CAMERA, RUN, CHECKPOINT, STRIP, SUMMARY];
 
@@ -40,7 +43,7 @@ pub struct Results {
 impl Results {
     /// `folder` for tables and pictures; `dumps` where inner maps go, if they do.
     pub fn new(folder: PathBuf, dumps: Option<PathBuf>) -> Self {
-        Self { dumps: Some(dumps.unwrap_or_else(|| folder.join("dump"))), folder: Some(folder) }
+        Self { dumps: Some(dumps.unwrap_or_else(|| folder.join(DUMP))), folder: Some(folder) }
     }
 
     /// Inner maps alone, beside a table on stdout.
@@ -55,6 +58,9 @@ impl Results {
     pub fn check(&self, force: bool) -> Outcome {
         for folder in [&self.folder, &self.dumps].into_iter().flatten() {
             refuse_file(folder)?;
+        }
+        if let Some(folder) = &self.folder {
+            [OVERLAY, DUMP].iter().try_for_each(|name| refuse_link(&folder.join(name)))?;
         }
         match self.earlier().first() {
             Some(path) if !force => {
@@ -84,13 +90,27 @@ impl Results {
     fn earlier(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         if let Some(folder) = &self.folder {
-            files.extend(SINGLE_FILES.iter().map(|name| folder.join(name)).filter(|path| path.is_file()));
+            files.extend(SINGLE_FILES.iter().map(|name| folder.join(name)).filter(|path| stands(path)));
             files.extend(files_in(&folder.join(OVERLAY)).filter(|path| png::is_ours(path)));
         }
         if let Some(dumps) = &self.dumps {
             files.extend(files_in(dumps).filter(|path| is_dump(path)));
         }
         files
+    }
+}
+
+/// Whether there is anything but a folder, a link to nowhere included.
+fn stands(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|about| !about.is_dir())
+}
+
+/// A folder in the results folder is ours: through a link in its place nothing is written.
+fn refuse_link(folder: &Path) -> Outcome {
+    match fs::symlink_metadata(folder).is_ok_and(|about| about.is_symlink()) {
+        true => Err(Failure::failed(format_args!("{} is a link, but a folder is needed there", folder.display()))
+            .hint("remove the link, or choose another folder with --out")),
+        false => Ok(()),
     }
 }
 

@@ -1,7 +1,6 @@
 //! run.json: what was run, on what, how fast, and what was found.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use apgstmd_core::stimulus::Scene;
@@ -14,9 +13,13 @@ use crate::failure::Failure;
 use crate::footage::Warning;
 use crate::settings::LookIn;
 use crate::sink::Seen;
+use crate::sink::beside::Beside;
 
 /// Raised when a field changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
+
+/// Of so many frames that something happened to there is more than the number: a camera may run for months.
+const MOST_LISTED: usize = 1000;
 
 /// The whole record.
 #[derive(Debug, Serialize)]
@@ -48,8 +51,10 @@ pub struct RunRecord<'a> {
     /// What was dropped, and how late the rows are, where only the newest frames were computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
-    /// Pictures left out, and why.
+    /// Pictures left out, and why: the first thousand.
     pub skipped: &'a [Skipped],
+    /// How many there are in all.
+    pub frames_skipped: usize,
     /// The user ended it early.
     pub interrupted: bool,
     /// What ended it early.
@@ -164,9 +169,11 @@ pub struct Input<'a> {
     /// Distance between used ones.
     pub step: usize,
     /// Of these, frames that the model was not given: dropped live, or between those that --step in seconds chose. In
-    /// the form of --dump-frames.
+    /// the form of --dump-frames, the first thousand ranges.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub left_out: String,
+    /// How many there are in all.
+    pub frames_left_out: usize,
     /// Frames a second, where that was known beforehand.
     pub fps: Option<f64>,
     /// Declared bits of 16-bit samples.
@@ -209,6 +216,39 @@ pub struct Delay {
     pub most: f64,
 }
 
+/// The first of what may be very many, and the number of all.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct First<T> {
+    listed: Vec<T>,
+    count: usize,
+}
+
+impl<T> Default for First<T> {
+    fn default() -> Self {
+        Self { listed: Vec::new(), count: 0 }
+    }
+}
+
+impl<T> First<T> {
+    /// Takes note of one more, which stands for so many.
+    pub fn add(&mut self, item: T, of: usize) {
+        if self.listed.len() < MOST_LISTED {
+            self.listed.push(item);
+        }
+        self.count += of;
+    }
+
+    /// The first ones.
+    pub fn listed(&self) -> &[T] {
+        &self.listed
+    }
+
+    /// How many there are in all.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+}
+
 /// A picture that was left out.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Skipped {
@@ -223,8 +263,10 @@ pub struct Skipped {
 /// How the background moved from frame to frame, with the rejection `motion`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Background {
-    /// Frames before which the scene is cut.
+    /// Frames before which the scene is cut: the first thousand.
     pub cuts: Vec<usize>,
+    /// How many there are in all.
+    pub cut_count: usize,
     /// Frames of which the picture does not tell how the camera moved: it is taken to stand still.
     pub unexplained: usize,
     /// Largest shift in the middle of the picture, px a frame.
@@ -243,7 +285,10 @@ impl Background {
         let EgoMotion { rotation, zoom, residual, unexplained } = seen.ego_motion;
         let (x, y) = seen.background_shift;
         if seen.cut {
-            self.cuts.push(seen.frame);
+            self.cut_count += 1;
+            if self.cuts.len() < MOST_LISTED {
+                self.cuts.push(seen.frame);
+            }
         }
         self.unexplained += usize::from(unexplained);
         self.largest_shift = self.largest_shift.max(x.hypot(y));
@@ -382,7 +427,7 @@ impl RunRecord<'_> {
     pub fn write(&self, path: &Path) -> Outcome {
         let mut text = serde_json::to_string_pretty(self).map_err(|error| Failure::write(path, error))?;
         text.push('\n');
-        fs::write(path, text).map_err(|error| Failure::write(path, error))
+        Beside::new(path)?.write(&text)
     }
 }
 

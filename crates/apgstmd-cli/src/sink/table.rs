@@ -1,9 +1,9 @@
-//! Detections as CSV or JSON Lines, one row a detection, the strongest of a frame first. Flushed after each frame: what
-//! an interrupted run leaves is complete up to there.
+//! Tables that grow by whole rows, those of a frame at once: what an interrupted run leaves is complete up to there.
+//! Detections as CSV or JSON Lines, one row a detection, the strongest of a frame first.
 
 use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -55,10 +55,18 @@ pub(super) fn microseconds(time: f64) -> f64 {
     (time * 1e6).round() / 1e6
 }
 
-/// An open file or stdout, with its name for messages.
+/// A table that grows by the rows of a frame at once: an open file or stdout, with its name for messages.
 pub struct Target {
     path: PathBuf,
-    out: BufWriter<Box<dyn Write>>,
+    out: Out,
+    /// Rows that are to be written.
+    pub(super) rows: Vec<u8>,
+}
+
+enum Out {
+    /// With the length of what was written.
+    File(File, u64),
+    Stdout(io::Stdout),
 }
 
 impl Target {
@@ -68,40 +76,78 @@ impl Target {
     /// It cannot be created.
     pub fn file(path: &Path) -> Outcome<Self> {
         let file = File::create(path).map_err(|error| Failure::write(path, error))?;
-        Ok(Self { path: path.to_owned(), out: BufWriter::new(Box::new(file)) })
+        Ok(Self { path: path.to_owned(), out: Out::File(file, 0), rows: Vec::new() })
     }
 
-    /// A file that an earlier run left, cut back to its first `length` bytes.
+    /// A file that an earlier run left, to go on behind its first `length` bytes; what comes after them is lost.
     ///
     /// # Errors
     /// It cannot be opened.
     pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
-        let file = cut_back(path, length)?;
-        Ok(Self { path: path.to_owned(), out: BufWriter::new(Box::new(file)) })
+        let cut = || -> io::Result<File> {
+            let mut file = OpenOptions::new().write(true).open(path)?;
+            file.set_len(length)?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(file)
+        };
+        let file = cut().map_err(|error| Failure::write(path, error))?;
+        Ok(Self { path: path.to_owned(), out: Out::File(file, length), rows: Vec::new() })
     }
 
     /// Standard output.
     pub fn stdout() -> Self {
-        Self { path: PathBuf::from("stdout"), out: BufWriter::new(Box::new(io::stdout())) }
+        Self { path: PathBuf::from("stdout"), out: Out::Stdout(io::stdout()), rows: Vec::new() }
+    }
+
+    /// Begins with these columns.
+    pub(super) fn headed(mut self, columns: &str) -> Outcome<Self> {
+        self.rows.extend(columns.as_bytes());
+        self.rows.push(b'\n');
+        self.flush()?;
+        Ok(self)
+    }
+
+    /// Its name.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Hands the rows on. Where that fails, no part of them stays in a file.
+    pub(super) fn flush(&mut self) -> Outcome {
+        let written = match &mut self.out {
+            Out::Stdout(stdout) => stdout.write_all(&self.rows).and_then(|()| stdout.flush()),
+            Out::File(file, length) => {
+                let written = is_there(file).and_then(|()| file.write_all(&self.rows));
+                match &written {
+                    Ok(()) => *length += self.rows.len() as u64,
+                    // Where not even this can be done, a row without its end is left.
+                    Err(_) => drop(file.set_len(*length)),
+                }
+                written
+            }
+        };
+        self.rows.clear();
+        written.map_err(|error| Failure::write(&self.path, error))
     }
 }
 
-/// Opens a file to go on behind its first `length` bytes; what comes after them is lost.
-pub(super) fn cut_back(path: &Path, length: u64) -> Outcome<File> {
-    let cut = || -> io::Result<File> {
-        let mut file = OpenOptions::new().write(true).open(path)?;
-        file.set_len(length)?;
-        file.seek(SeekFrom::End(0))?;
-        Ok(file)
-    };
-    cut().map_err(|error| Failure::write(path, error))
+/// Whether it still has a name: nobody would ever see what is written into a file that was removed.
+#[cfg(unix)]
+fn is_there(file: &File) -> io::Result<()> {
+    match std::os::unix::fs::MetadataExt::nlink(&file.metadata()?) {
+        0 => Err(io::Error::other("it was removed while it was being written")),
+        _ => Ok(()),
+    }
+}
+
+/// Files that are open cannot be removed here.
+#[cfg(not(unix))]
+fn is_there(_: &File) -> io::Result<()> {
+    Ok(())
 }
 
 /// Comma-separated values with a header.
-pub struct Csv {
-    path: PathBuf,
-    writer: csv::Writer<BufWriter<Box<dyn Write>>>,
-}
+pub struct Csv(Target);
 
 impl Csv {
     /// Writes the header.
@@ -109,32 +155,29 @@ impl Csv {
     /// # Errors
     /// Writing failed.
     pub fn new(target: Target) -> Outcome<Self> {
-        let Target { path, out } = target;
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
-        writer.write_record(COLUMNS).map_err(|error| Failure::write(&path, io_error(error)))?;
-        writer.flush().map_err(|error| Failure::write(&path, error))?;
-        Ok(Self { path, writer })
+        Ok(Self(target.headed(&COLUMNS.join(","))?))
     }
 
     /// Goes on without a header.
     pub fn resume(target: Target) -> Self {
-        let Target { path, out } = target;
-        Self { path, writer: csv::WriterBuilder::new().has_headers(false).from_writer(out) }
+        Self(target)
     }
 }
 
 impl Sink for Csv {
     fn frame(&mut self, seen: &Seen) -> Outcome {
+        let Self(target) = self;
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(&mut target.rows);
         for row in rows(seen) {
             let name = plain_cell(row.name);
-            let row = Row { name: &name, ..row };
-            self.writer.serialize(row).map_err(|error| Failure::write(&self.path, io_error(error)))?;
+            writer.serialize(Row { name: &name, ..row }).expect("rows are plain cells");
         }
-        self.writer.flush().map_err(|error| Failure::write(&self.path, error))
+        drop(writer);
+        target.flush()
     }
 
     fn grows(&self) -> Option<&Path> {
-        Some(&self.path)
+        Some(self.0.path())
     }
 }
 
@@ -146,37 +189,26 @@ fn plain_cell(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// The crate's own conversion loses the kind, and with it whether a pipe was closed.
-fn io_error(error: csv::Error) -> io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        kind => io::Error::other(format!("{kind:?}")),
-    }
-}
-
 /// One JSON object a line.
-pub struct JsonLines {
-    path: PathBuf,
-    out: BufWriter<Box<dyn Write>>,
-}
+pub struct JsonLines(Target);
 
 impl JsonLines {
     /// Starts empty.
     pub fn new(target: Target) -> Self {
-        Self { path: target.path, out: target.out }
+        Self(target)
     }
 }
 
 impl Sink for JsonLines {
     fn frame(&mut self, seen: &Seen) -> Outcome {
         for row in rows(seen) {
-            serde_json::to_writer(&mut self.out, &row).map_err(|error| Failure::write(&self.path, error))?;
-            self.out.write_all(b"\n").map_err(|error| Failure::write(&self.path, error))?;
+            serde_json::to_writer(&mut self.0.rows, &row).expect("rows are plain values");
+            self.0.rows.push(b'\n');
         }
-        self.out.flush().map_err(|error| Failure::write(&self.path, error))
+        self.0.flush()
     }
 
     fn grows(&self) -> Option<&Path> {
-        Some(&self.path)
+        Some(self.0.path())
     }
 }

@@ -2,20 +2,19 @@
 //!
 //! A point is written when it has become certain (see `apgstmd_core::tracking`), so rows are not in the order of frames:
 //! a track's first points come with its confirmation, those of an occlusion when it is seen again. What has been written
-//! stays. The two tables are written in whole rows, the rows of a frame at once; COCO JSON, which is valid only as a
-//! whole, at the end of the run, beside its place and then moved there.
+//! stays. COCO JSON is valid only as a whole: it grows beside its place, points in a file of their own, and is put together
+//! and moved there at the end of the run.
 
-use std::fmt::Write as _;
 use std::fs::File;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
 
 use apgstmd_core::Size;
 use apgstmd_core::tracking::TrackPoint;
 use serde::Serialize;
 
 use super::beside::Beside;
-use super::table::{cut_back, microseconds};
+use super::table::{Target, microseconds};
 use super::{Seen, Sink};
 use crate::Outcome;
 use crate::failure::Failure;
@@ -23,34 +22,8 @@ use crate::failure::Failure;
 /// Columns of tracks.csv.
 pub const COLUMNS: &str = "frame,time_s,track,x,y,vx,vy,score,state,age";
 
-/// A text that grows by whole rows.
-pub(super) struct Rows {
-    pub path: PathBuf,
-    file: File,
-    pub text: String,
-}
-
-impl Rows {
-    pub fn new(path: &Path) -> Outcome<Self> {
-        let file = File::create(path).map_err(|error| Failure::write(path, error))?;
-        Ok(Self { path: path.to_owned(), file, text: String::new() })
-    }
-
-    pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
-        Ok(Self { path: path.to_owned(), file: cut_back(path, length)?, text: String::new() })
-    }
-
-    pub fn flush(&mut self) -> Outcome {
-        if !self.text.is_empty() {
-            self.file.write_all(self.text.as_bytes()).map_err(|error| Failure::write(&self.path, error))?;
-            self.text.clear();
-        }
-        Ok(())
-    }
-}
-
 /// tracks.csv.
-pub struct TracksCsv(Rows);
+pub struct TracksCsv(Target);
 
 impl TracksCsv {
     /// Writes the header.
@@ -58,11 +31,7 @@ impl TracksCsv {
     /// # Errors
     /// Writing failed.
     pub fn new(path: &Path) -> Outcome<Self> {
-        let mut rows = Rows::new(path)?;
-        rows.text += COLUMNS;
-        rows.text.push('\n');
-        rows.flush()?;
-        Ok(Self(rows))
+        Ok(Self(Target::file(path)?.headed(COLUMNS)?))
     }
 
     /// Goes on behind the first `length` bytes.
@@ -70,7 +39,7 @@ impl TracksCsv {
     /// # Errors
     /// The file cannot be opened.
     pub fn resume(path: &Path, length: u64) -> Outcome<Self> {
-        Ok(Self(Rows::resume(path, length)?))
+        Ok(Self(Target::resume(path, length)?))
     }
 }
 
@@ -82,19 +51,19 @@ impl Sink for TracksCsv {
             // A thousandth of a pixel, and of a pixel a frame, is far below what is known.
             let row =
                 format_args!("{frame},{time},{track},{x:.3},{y:.3},{vx:.4},{vy:.4},{score},{},{age}", state.name());
-            let _ = writeln!(self.0.text, "{row}");
+            let _ = writeln!(self.0.rows, "{row}");
         }
         self.0.flush()
     }
 
     fn grows(&self) -> Option<&Path> {
-        Some(&self.0.path)
+        Some(self.0.path())
     }
 }
 
 /// MOTChallenge text: `frame,id,left,top,width,height,conf,-1,-1,-1`; frames, ids and pixels count from 1.
 pub struct Mot {
-    rows: Rows,
+    target: Target,
     side: f64,
 }
 
@@ -104,7 +73,7 @@ impl Mot {
     /// # Errors
     /// Writing failed.
     pub fn new(path: &Path, side: f64) -> Outcome<Self> {
-        Ok(Self { rows: Rows::new(path)?, side })
+        Ok(Self { target: Target::file(path)?, side })
     }
 
     /// Goes on behind the first `length` bytes.
@@ -112,7 +81,7 @@ impl Mot {
     /// # Errors
     /// The file cannot be opened.
     pub fn resume(path: &Path, side: f64, length: u64) -> Outcome<Self> {
-        Ok(Self { rows: Rows::resume(path, length)?, side })
+        Ok(Self { target: Target::resume(path, length)?, side })
     }
 }
 
@@ -122,13 +91,13 @@ impl Sink for Mot {
             let (x, y) = corner(point, self.side);
             let (frame, id, side) = (point.frame + 1, point.track + 1, self.side);
             let row = format_args!("{frame},{id},{:.3},{:.3},{side},{side},{},-1,-1,-1", x + 1.0, y + 1.0, point.score);
-            let _ = writeln!(self.rows.text, "{row}");
+            let _ = writeln!(self.target.rows, "{row}");
         }
-        self.rows.flush()
+        self.target.flush()
     }
 
     fn grows(&self) -> Option<&Path> {
-        Some(&self.rows.path)
+        Some(self.target.path())
     }
 }
 
@@ -137,18 +106,23 @@ fn corner(point: &TrackPoint, side: f64) -> (f64, f64) {
     (point.x + 0.5 - side / 2.0, point.y + 0.5 - side / 2.0)
 }
 
-/// COCO JSON: an image for each frame, an annotation for each point.
+/// COCO JSON: an image for each frame, an annotation for each point, in the order in which they become certain.
 pub struct Coco {
     beside: Beside,
     side: f64,
-    images: Vec<Image>,
-    points: Vec<TrackPoint>,
+    /// All up to the last image.
+    images: BufWriter<File>,
+    /// What comes behind them. It has no name, and goes with the process.
+    annotations: BufWriter<File>,
+    count: (usize, usize),
+    /// A part of something may be there: it will never be whole.
+    failed: bool,
 }
 
 #[derive(Serialize)]
-struct Image {
+struct Image<'a> {
     id: usize,
-    file_name: String,
+    file_name: &'a str,
     width: usize,
     height: usize,
     frame: usize,
@@ -187,70 +161,90 @@ struct Info {
     version: &'static str,
 }
 
-#[derive(Serialize)]
-struct Dataset<'a> {
-    info: Info,
-    licenses: [(); 0],
-    images: &'a [Image],
-    annotations: Vec<Annotation>,
-    categories: [Category; 1],
-}
-
 impl Coco {
     /// Sees at once whether it will be able to write; a box of `side` px stands for each point.
     ///
     /// # Errors
     /// Writing failed.
     pub fn new(path: &Path, side: f64) -> Outcome<Self> {
-        Ok(Self { beside: Beside::new(path)?, side, images: Vec::new(), points: Vec::new() })
+        let (beside, mut images) = Beside::open(path)?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let info = Info {
+            schema_version: SCHEMA_VERSION,
+            description: "tracks found by apgstmd",
+            version: env!("CARGO_PKG_VERSION"),
+        };
+        let head = format!("{{\"info\":{},\"licenses\":[],\"images\":[", json(&info));
+        let failed = |error| Failure::write(path, error);
+        images.write_all(head.as_bytes()).map_err(failed)?;
+        let annotations = BufWriter::new(tempfile::tempfile_in(folder).map_err(failed)?);
+        Ok(Self { beside, side, images: BufWriter::new(images), annotations, count: (0, 0), failed: false })
     }
 
-    fn annotations(&mut self) -> Vec<Annotation> {
-        self.points.sort_by_key(|point| (point.frame, point.track));
-        let side = self.side;
-        let annotation = |(index, point): (usize, &TrackPoint)| {
-            let (x, y) = corner(point, side);
-            Annotation {
-                id: index + 1,
-                image_id: point.frame + 1,
-                category_id: 1,
-                bbox: [thousandths(x), thousandths(y), side, side],
-                area: side * side,
-                iscrowd: 0,
-                score: point.score,
-                track_id: point.track,
-                center: [thousandths(point.x), thousandths(point.y)],
-                state: point.state.name(),
-            }
-        };
-        self.points.iter().enumerate().map(annotation).collect()
+    fn add(&mut self, seen: &Seen) -> io::Result<()> {
+        let Size { height, width } = seen.picture.size();
+        let image = Image { id: seen.frame + 1, file_name: &seen.name, width, height, frame: seen.frame };
+        item(&mut self.images, &mut self.count.0, &image)?;
+        for point in &seen.tracks {
+            let annotation = self.annotation(point);
+            item(&mut self.annotations, &mut self.count.1, &annotation)?;
+        }
+        Ok(())
     }
+
+    fn annotation(&self, point: &TrackPoint) -> Annotation {
+        let side = self.side;
+        let (x, y) = corner(point, side);
+        Annotation {
+            id: self.count.1 + 1,
+            image_id: point.frame + 1,
+            category_id: 1,
+            bbox: [thousandths(x), thousandths(y), side, side],
+            area: side * side,
+            iscrowd: 0,
+            score: point.score,
+            track_id: point.track,
+            center: [thousandths(point.x), thousandths(point.y)],
+            state: point.state.name(),
+        }
+    }
+
+    fn put_together(&mut self) -> io::Result<()> {
+        self.annotations.flush()?;
+        let points = self.annotations.get_mut();
+        points.rewind()?;
+        self.images.write_all(b"],\"annotations\":[")?;
+        io::copy(points, &mut self.images)?;
+        let target = Category { id: 1, name: "target", supercategory: "target" };
+        self.images.write_all(format!("],\"categories\":[{}]}}\n", json(&target)).as_bytes())?;
+        self.images.flush()
+    }
+}
+
+/// Writes one more item of a list.
+fn item(out: &mut impl Write, count: &mut usize, item: &impl Serialize) -> io::Result<()> {
+    let comma = if *count == 0 { "" } else { "," };
+    *count += 1;
+    out.write_all(format!("{comma}{}", json(item)).as_bytes())
+}
+
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("plain values are JSON")
 }
 
 impl Sink for Coco {
     fn frame(&mut self, seen: &Seen) -> Outcome {
-        let Size { height, width } = seen.picture.size();
-        let (id, frame, file_name) = (seen.frame + 1, seen.frame, seen.name.clone());
-        self.images.push(Image { id, file_name, width, height, frame });
-        self.points.extend(&seen.tracks);
-        Ok(())
+        let added = self.add(seen);
+        self.failed |= added.is_err();
+        added.map_err(|error| Failure::write(self.beside.path(), error))
     }
 
     fn finish(&mut self) -> Outcome {
-        let annotations = self.annotations();
-        let dataset = Dataset {
-            info: Info {
-                schema_version: SCHEMA_VERSION,
-                description: "tracks found by apgstmd",
-                version: env!("CARGO_PKG_VERSION"),
-            },
-            licenses: [],
-            images: &self.images,
-            annotations,
-            categories: [Category { id: 1, name: "target", supercategory: "target" }],
-        };
-        let text = serde_json::to_string(&dataset).map_err(|error| Failure::write(self.beside.path(), error))?;
-        self.beside.write(&(text + "\n"))
+        if self.failed {
+            return Ok(());
+        }
+        self.put_together().map_err(|error| Failure::write(self.beside.path(), error))?;
+        self.beside.place()
     }
 }
 

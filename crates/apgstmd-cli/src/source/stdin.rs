@@ -85,9 +85,9 @@ fn read_y4m(
 ) -> Result<(), String> {
     let mut header = Header::read(input, limit)?.ok_or("it is empty")?;
     header.layout = header.layout.with_bit_depth(bit_depth)?;
-    let mut frame = 0;
+    let mut frame = 0u64;
     while let Some(picture) = header.next(input)? {
-        let time = header.rate.map(|rate| f64::from(frame) / rate);
+        let time = header.rate.map(|rate| frame as f64 / rate);
         if frames.send(Ok((picture, time))).is_err() {
             break;
         }

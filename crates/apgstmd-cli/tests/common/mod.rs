@@ -123,9 +123,63 @@ pub fn piped(line: &str, bytes: &[u8], out: &Path) -> Ran {
 
 /// Runs the program with arguments separated by blanks; `{in}` and `{out}` stand for the two paths.
 pub fn apgstmd(line: &str, input: &Path, out: &Path) -> Ran {
+    words(line, input, out).output().unwrap().into()
+}
+
+fn words(line: &str, input: &Path, out: &Path) -> Command {
     let put =
         |word: &str| word.replace("{in}", &input.display().to_string()).replace("{out}", &out.display().to_string());
-    command().args(line.split_whitespace().map(put)).output().unwrap().into()
+    let mut command = command();
+    command.args(line.split_whitespace().map(put));
+    command
+}
+
+/// Three squares before moving clutter: tracks begin, end and cross.
+pub fn scene(frames: usize) -> (TempDir, PathBuf) {
+    let target = |y: f64, speed: f64| {
+        format!("[[target]]\npath = {{ kind = 'straight', start = [10.0, {y:.1}], speed = {speed:.1} }}\n")
+    };
+    let text = format!(
+        "width = 80\nheight = 64\nrate = 100.0\nframes = {frames}\nseed = 5\n\
+         [background]\nkind = 'natural'\nvelocity = [-30.0, 0.0]\n{}{}{}",
+        target(20.0, 60.0),
+        target(32.0, 100.0),
+        target(44.0, 40.0)
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.toml");
+    fs::write(&file, text).unwrap();
+    (folder, file)
+}
+
+/// Tables of the lines of these tests.
+pub const TABLES: [&str; 5] = ["detections.csv", "detections.jsonl", "tracks.csv", "tracks.mot", "camera.csv"];
+
+/// Every table, as far as it is there.
+pub fn tables(out: &Path) -> std::collections::BTreeMap<&'static str, Vec<u8>> {
+    TABLES.into_iter().filter_map(|name| Some((name, fs::read(out.join(name)).ok()?))).collect()
+}
+
+/// What run.json says but for times and threads.
+pub fn record(out: &Path) -> serde_json::Value {
+    let mut record = json(&out.join("run.json"));
+    let object = record.as_object_mut().unwrap();
+    for timed in
+        ["seconds", "processor_seconds", "seconds_per_frame", "stage_seconds_per_frame", "threads", "resumed_after"]
+    {
+        object.remove(timed);
+    }
+    record
+}
+
+/// Starts the program as [`apgstmd`] runs it.
+pub fn start(line: &str, input: &Path, out: &Path) -> std::process::Child {
+    words(line, input, out)
+        .stdin(std::process::Stdio::null())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap()
 }
 
 /// A place for results that is not there yet.

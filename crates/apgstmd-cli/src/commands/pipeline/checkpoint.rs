@@ -18,7 +18,8 @@ use crate::Outcome;
 use crate::failure::{Failure, reason};
 use crate::footage::Footage;
 use crate::sink::Sink;
-use crate::sink::run_json::{Background, Found, Skipped};
+use crate::sink::beside::Beside;
+use crate::sink::run_json::{Background, First, Found, Skipped};
 
 /// Where checkpoints go, how often, and what they are of.
 #[derive(Clone, Debug)]
@@ -39,8 +40,8 @@ pub(super) struct Computing {
     pub last: Option<(usize, Option<f64>)>,
     /// What came: the first and the last frame, what was left out between, what could not be used.
     pub came: (Option<usize>, Option<usize>),
-    pub left_out: Vec<RangeInclusive<usize>>,
-    pub skipped: Vec<Skipped>,
+    pub left_out: First<RangeInclusive<usize>>,
+    pub skipped: First<Skipped>,
     /// Least scores of detections that are listed, and that begin tracks.
     pub limits: (f32, f32),
 }
@@ -108,11 +109,10 @@ impl Checkpoint {
     /// # Errors
     /// Writing failed. The checkpoint before it is still there.
     pub fn write(&self, of: &Checkpoints) -> Outcome {
-        let failed = |error| Failure::write(&of.path, error);
-        let part = of.path.with_extension("part");
-        let mut file = File::create(&part).map_err(failed)?;
-        file.write_all(&self.to_bytes(&of.settings)).and_then(|()| file.sync_all()).map_err(failed)?;
-        fs::rename(&part, &of.path).map_err(failed)
+        let (beside, mut file) = Beside::open(&of.path)?;
+        let written = file.write_all(&self.to_bytes(&of.settings)).and_then(|()| file.sync_all());
+        written.map_err(|error| Failure::write(&of.path, error))?;
+        beside.place()
     }
 
     fn to_bytes(&self, settings: &str) -> Vec<u8> {
@@ -161,11 +161,12 @@ impl Checkpoint {
     }
 }
 
-/// Removes the checkpoint of a run that is through.
+/// Removes the checkpoint of a run that is through, and what one that was killed left of the next.
 ///
 /// # Errors
 /// The system refuses.
 pub(in crate::commands) fn remove(of: &Checkpoints) -> Outcome {
+    drop(Beside::new(&of.path)?);
     match fs::remove_file(&of.path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Failure::write(&of.path, error)),
         _ => Ok(()),

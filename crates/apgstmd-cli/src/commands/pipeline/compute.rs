@@ -22,7 +22,7 @@ use crate::args::OnError;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::sink::Seen;
-use crate::sink::run_json::{Skipped, Threshold};
+use crate::sink::run_json::{First, Skipped, Threshold};
 use crate::source::{Arrival, Picture};
 
 /// A computed frame on its way to the sinks.
@@ -47,14 +47,14 @@ pub(super) enum Message {
 /// What became of the frames that left no result, and where the time went.
 #[derive(Default)]
 pub(super) struct Left {
-    pub skipped: Vec<Skipped>,
+    pub skipped: First<Skipped>,
     pub interrupted: bool,
     /// Live: those dropped.
     pub dropped: Option<usize>,
     /// The first and last frame that came, and those between that did not, as ranges.
     pub first: Option<usize>,
     pub last: Option<usize>,
-    pub left_out: Vec<RangeInclusive<usize>>,
+    pub left_out: First<RangeInclusive<usize>>,
     /// What the stages of the model took, of all frames.
     pub stages: Timing,
     /// The thresholds at the end.
@@ -68,7 +68,9 @@ impl Left {
         if let Some(last) = self.last.replace(frame)
             && frame > last + stride
         {
-            self.left_out.push(last + stride..=frame - stride);
+            let left_out = last + stride..=frame - stride;
+            let frames = 1 + (left_out.end() - left_out.start()) / stride;
+            self.left_out.add(left_out, frames);
         }
     }
 }
@@ -307,7 +309,7 @@ impl<'a> Compute<'a> {
             OnError::Stop => Err(Failure::failed(format_args!("cannot use {origin}: {reason}"))
                 .hint("--on-error skip leaves out pictures that cannot be used")),
             OnError::Skip => {
-                self.left.skipped.push(Skipped { frame, name, reason });
+                self.left.skipped.add(Skipped { frame, name, reason }, 1);
                 Ok(())
             }
         }
@@ -457,7 +459,7 @@ fn new_detector(picture: &Picture, origin: &str, options: &Options<'_>) -> Outco
         ParamError::TooSmall { .. } | ParamError::TooLarge { .. } => {
             Failure::failed(format_args!("cannot use {origin}: {error}"))
         }
-        ParamError::ThreadStart { .. } => Failure::failed(error),
+        ParamError::ThreadStart { .. } | ParamError::Memory { .. } => Failure::failed(error),
         _ => Failure::usage(error),
     })
 }

@@ -31,7 +31,7 @@ use crate::failure::{Failure, reason};
 use crate::footage::{Footage, Tuned, Warning};
 use crate::settings::{DumpSettings, LookIn};
 use crate::sink::Sink;
-use crate::sink::run_json::{Background, Busy, Found, Live, Skipped, Spread, Threshold, Timing};
+use crate::sink::run_json::{Background, Busy, First, Found, Live, Skipped, Spread, Threshold, Timing};
 use crate::source::{FrameSource, Span};
 
 /// Computed frames that may wait for the sinks; live, none: the frame after would be old before it is computed.
@@ -77,7 +77,7 @@ pub(super) struct Report {
     pub frames: usize,
     /// Of these, frames of an earlier run that this one goes on from.
     pub resumed_after: Option<usize>,
-    pub skipped: Vec<Skipped>,
+    pub skipped: First<Skipped>,
     pub found: Found,
     pub background: Background,
     pub interrupted: bool,
@@ -88,7 +88,7 @@ pub(super) struct Report {
     /// Last one.
     pub last: Option<usize>,
     /// Frames after it that were not given to the model.
-    pub left_out: Vec<RangeInclusive<usize>>,
+    pub left_out: First<RangeInclusive<usize>>,
     /// Live.
     pub live: Option<Live>,
     /// Scores that were asked for at the end.
@@ -159,7 +159,7 @@ pub(super) fn drive<'s>(
     report.wall = begin.elapsed();
     bar.finish_and_clear();
     if outcome.is_ok() && report.frames == 0 && !report.interrupted {
-        report.empty = report.skipped.is_empty();
+        report.empty = report.skipped.count() == 0;
         outcome = Err(nothing_usable(&report.skipped));
     }
     report.failure = match outcome {
@@ -293,12 +293,12 @@ fn tuned(options: &Options<'_>) -> Tuned {
     Tuned { slowest: speeds().reduce(f64::min).unwrap_or(own), fastest: speeds().reduce(f64::max).unwrap_or(own) }
 }
 
-fn nothing_usable(skipped: &[Skipped]) -> Failure {
-    match skipped.first() {
+fn nothing_usable(skipped: &First<Skipped>) -> Failure {
+    match skipped.listed().first() {
         None => Failure::failed("there are no frames"),
         Some(first) => Failure::failed(format_args!(
             "none of {} pictures can be used; the first, {}: {}",
-            skipped.len(),
+            skipped.count(),
             first.name,
             first.reason
         )),
@@ -401,8 +401,9 @@ mod tests {
         let late = late.lock().unwrap();
         let live = report.live.unwrap();
         assert_eq!((late.len(), report.frames + live.dropped), (report.frames, FRAMES));
-        let left_out: usize = report.left_out.iter().map(|range| range.end() - range.start() + 1).sum();
-        assert_eq!(left_out, live.dropped);
+        assert_eq!(report.left_out.count(), live.dropped);
+        let listed = report.left_out.listed().iter().map(|range| range.end() - range.start() + 1);
+        assert_eq!(listed.sum::<usize>(), live.dropped);
         assert!(live.dropped > FRAMES / 2, "{} dropped", live.dropped);
         assert_eq!((late[0].0, late[late.len() - 1].0), (0, FRAMES - 1), "the last one is the newest there is");
         // One is written while one waits, computed, for that: two works. The rest is room for a busy machine.
@@ -434,7 +435,7 @@ mod tests {
             checkpoints: None,
         };
         let report = drive(vec![Box::new(camera)], &options, None, |_| Ok(Vec::new()));
-        assert_eq!((report.frames, report.left_out.len()), (15, 0));
+        assert_eq!((report.frames, report.left_out.count()), (15, 0));
         assert!(report.live.is_none());
     }
 }
