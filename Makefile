@@ -12,7 +12,7 @@ test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
-	trust trust-long boundary deny sbom agreement fuzz miri asan tsan docs clean
+	trust trust-long boundary deny sbom semver agreement fuzz miri asan tsan docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -112,6 +112,14 @@ sbom: ## CycloneDX list of every Rust package with licence and checksum, in targ
 
 agreement: ## how far the instruction sets of this machine agree, a table
 	@$(CARGO) run --release --quiet --package apgstmd-tests --bin agreement
+
+# The last release, where nothing else is said.
+BASELINE ?= $(shell git describe --tags --abbrev=0 2> /dev/null)
+
+semver: ## what has changed for programs that use the crates since BASELINE (a tag or revision), and which version that asks for
+	@test -n "$(BASELINE)" || { echo "error: there is no tag to compare with: make semver BASELINE=REVISION" >&2; exit 1; }
+	@tools/tool.sh cargo-semver-checks 0.51.0
+	@target/tools/bin/cargo-semver-checks semver-checks --package apgstmd-core --package apgstmd-cli --baseline-rev "$(BASELINE)"
 
 fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
 	@tools/tool.sh cargo-fuzz 0.13.2

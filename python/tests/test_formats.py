@@ -70,6 +70,22 @@ def test_coco_and_mot(written: Path) -> None:
     assert len(fields) == 10 and fields[7:] == ["-1", "-1", "-1"]
 
 
+def test_manifest(written: Path) -> None:
+    scene = written / "short.toml"
+    scene.write_text(apgstmd.synth("demo", frames=3).toml)
+    apgstmd.batch(scene, written / "all", speed=1.0)
+    page = (PAGE.parent / "many-videos.md").read_text(encoding="utf-8").split("\n## The manifest\n", 1)[1].split("\n## ", 1)[0]
+    told = set(re.findall(r"`(\w+)`", page))
+    manifest = load(written / "all" / "manifest.json")
+    (clip,) = manifest["clips"]
+    assert load(written / "all" / clip["folder"] / "clip.json") == clip
+    keys = {*manifest, *clip, *clip["input"], *clip["size"], *clip["files"]["run.json"]}
+    assert keys <= told, keys - told
+    assert f"`schema_version` {manifest['schema_version']};" in page and clip["schema_version"] == manifest["schema_version"]
+    versions = re.search(r"^\| manifest.json and clip.json .*\| (\d+) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert versions and int(versions.group(1)) == manifest["schema_version"]
+
+
 def test_versions(written: Path) -> None:
     page = re.search(r'<script type="application/json" id="data">(.*?)</script>', (written / "t.html").read_text(), re.DOTALL)
     assert page

@@ -5,4 +5,5 @@ pub mod compare;
 pub mod floors;
 pub mod golden;
 pub mod naive;
+pub mod outputs;
 pub mod stimulus;

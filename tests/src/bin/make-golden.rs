@@ -1,16 +1,37 @@
-//! Writes the repository's own golden from the naive model:
-//! `cargo run -p apgstmd-tests --bin make-golden`. To be run again only when the specification changes.
+//! Writes what the repository keeps to compare with: `cargo run -p apgstmd-tests --bin make-golden -- stages` the golden from the
+//! naive model, to be run again only when the specification changes; `outputs` the tables that this version finds, to be run again when
+//! numbers are meant to change.
 
 use std::error::Error;
-use std::fs::File;
+use std::fs::{self, File};
 
 use apgstmd_core::Model;
-use apgstmd_tests::golden;
 use apgstmd_tests::naive::Naive;
+use apgstmd_tests::{golden, outputs};
 use ndarray::{Array3, Axis, stack};
 use ndarray_npy::NpzWriter;
 
 fn main() -> Result<(), Box<dyn Error>> {
+    match std::env::args().nth(1).as_deref() {
+        Some("stages") => stages(),
+        Some("outputs") => outputs(),
+        _ => Err("usage: make-golden stages|outputs".into()),
+    }
+}
+
+fn outputs() -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(outputs::folder())?;
+    for (name, flags) in outputs::RUNS {
+        for (table, text) in outputs::TABLES.iter().zip(outputs::tables(flags, None)?) {
+            let path = outputs::folder().join(format!("{name}.{table}.csv"));
+            println!("{}: {} rows", path.display(), text.lines().count() - 1);
+            fs::write(path, text)?;
+        }
+    }
+    Ok(())
+}
+
+fn stages() -> Result<(), Box<dyn Error>> {
     let scene = golden::own_scene();
     let mut frames = Array3::<u8>::zeros((golden::OWN_FRAMES, scene.size.height, scene.size.width));
     let mut npz = NpzWriter::new_compressed(File::create(golden::own_path())?);
