@@ -12,7 +12,7 @@ test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
-	trust trust-long boundary deny sbom semver agreement fuzz miri asan tsan docs clean
+	trust trust-long boundary deny sbom semver agreement long fuzz miri asan tsan docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -120,6 +120,9 @@ semver: ## what has changed for programs that use the crates since BASELINE (a t
 	@test -n "$(BASELINE)" || { echo "error: there is no tag to compare with: make semver BASELINE=REVISION" >&2; exit 1; }
 	@tools/tool.sh cargo-semver-checks 0.51.0
 	@target/tools/bin/cargo-semver-checks semver-checks --package apgstmd-core --package apgstmd-cli --baseline-rev "$(BASELINE)"
+
+long: ## a million small frames and 20,000 of 480 x 270 on end: memory, speed, drift, time stamps; tables
+	@$(CARGO) run --quiet --package apgstmd-tests --bin long $(FRAMES)
 
 fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
 	@tools/tool.sh cargo-fuzz 0.13.2

@@ -4,6 +4,7 @@ pub mod boundary;
 pub mod compare;
 pub mod floors;
 pub mod golden;
+pub mod long;
 pub mod naive;
 pub mod outputs;
 pub mod stimulus;

@@ -4,6 +4,7 @@ use apgstmd_core::params::RejectionMode;
 use apgstmd_core::{
     Detection, Detector, Frame, FrameError, Model, Params, Preset, Rectangle, Region, Response, Size, Stage,
 };
+use apgstmd_tests::long;
 use apgstmd_tests::stimulus::Scene;
 use ndarray::{Array2, Array3};
 
@@ -173,4 +174,16 @@ fn sample_types_agree() {
             assert!(off <= 1e-4 * most.max(1e-8), "{off:e} of {most:e}");
         }
     }
+}
+
+/// After thousands of frames a detector is one that has seen only the last of them, to rounding; `make long` goes on for a
+/// million.
+#[test]
+fn nothing_drifts() {
+    let params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
+    let mut samples = Vec::new();
+    let drift = long::run(Size::new(24, 32), &params, 8000, 3000, |sample| samples.push(sample));
+    assert!(drift.response < 1e-4 && drift.detections > 100 && drift.unmatched == 0, "{drift:?}");
+    let grown = samples[9].resident.saturating_sub(samples[1].resident);
+    assert!(grown < 2 << 20, "{samples:?}");
 }
