@@ -149,7 +149,7 @@ impl Finder {
     fn new(params: &Params, along: Along) -> Self {
         let size = Size::new(SIZE.0, SIZE.1);
         match along {
-            Along::Picture => Self::One(Detector::with_threads(size, params, 1).expect("parameters")),
+            Along::Picture => Self::One(Box::new(Detector::with_threads(size, params, 1).expect("parameters"))),
             Along::World => {
                 let params = BankParams::with_members(params.clone(), &[1.0, 2.0, 4.0], &[5.0]);
                 Self::Several(Box::new(Bank::new(size, &params).expect("parameters")))
