@@ -17,8 +17,8 @@ for target; do
     mkdir -p "fuzz/corpus/$target" "fuzz/artifacts/$target"
     log=target/fuzz-$target.log
     result=nothing
-    # A gibibyte is far more than inputs of this size may take, and ten seconds far longer.
-    "fuzz/target/$host/release/$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=8192 \
+    # A gibibyte is far more than inputs of this size may take, and a minute far longer, also on a busy machine.
+    "fuzz/target/$host/release/$target" -max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=8192 \
         -print_final_stats=1 -artifact_prefix="fuzz/artifacts/$target/" "fuzz/corpus/$target" "fuzz/seeds/$target" \
         > "$log" 2>&1 || { result=found; failed="$failed $target"; }
     executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")

@@ -231,6 +231,13 @@ mod tests {
     }
 
     #[test]
+    fn a_frame_without_pixels_has_no_luminance() {
+        for shape in [(0, 7), (7, 0), (0, 0)] {
+            assert_eq!(Frame::from(Array2::<u8>::zeros(shape).view()).luminance().unwrap().dim(), shape);
+        }
+    }
+
+    #[test]
     fn integers_are_divided_by_their_full_scale() {
         assert_eq!(luminance(Array2::from_elem((2, 3), 255u8).view()).unwrap(), [1.0; 6]);
         assert_eq!(luminance(Array2::from_elem((2, 3), 65535u16).view()).unwrap(), [1.0; 6]);

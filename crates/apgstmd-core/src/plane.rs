@@ -127,7 +127,12 @@ impl Plane {
     }
 
     pub fn view(&self) -> ArrayView2<'_, f32> {
-        let shape = (self.size.height, self.size.width).strides((self.stride(), 1));
+        let shape = (self.size.height, self.size.width);
+        // Strides have no meaning in a frame without pixels, and are refused.
+        if self.size.area() == 0 {
+            return ArrayView2::from_shape(shape, &[]).expect("nothing of nothing");
+        }
+        let shape = shape.strides((self.stride(), 1));
         ArrayView2::from_shape(shape, &self.data[..]).expect("rows lie inside the plane")
     }
 

@@ -45,6 +45,7 @@ impl Limit {
     /// It is not; says what to do.
     pub fn check(self, size: Size) -> Result<(), String> {
         match size.height.checked_mul(size.width) {
+            Some(0) => Err(format!("it claims to be {size} (height x width), which holds no pixel")),
             Some(pixels) if pixels <= self.0 => Ok(()),
             _ => Err(format!("it claims to be {size} (height x width), but {}", self.rule())),
         }
@@ -75,6 +76,7 @@ mod tests {
             "it claims to be 65535 x 65535 (height x width), but at most 64 million pixels are read: raise \
              --largest-frame if that is right"
         );
+        assert!(limit.check(Size::new(0, 7)).unwrap_err().contains("0 x 7 (height x width), which holds no pixel"));
         let highest = Limit::of_millions(Limit::HIGHEST);
         assert_eq!(highest.check(Size::new(16000, 16000)), Ok(()));
         assert!(!highest.check(Size::new(usize::MAX, 2)).unwrap_err().contains("--largest-frame"));
