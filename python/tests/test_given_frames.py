@@ -195,15 +195,21 @@ class Trouble(Exception):
 
 @pytest.mark.parametrize("error", [Trouble, KeyboardInterrupt])
 def test_what_an_iterable_raises_is_raised(error: type[BaseException], tmp_path: Path) -> None:
-    def failing() -> Iterator[NDArray[np.uint8]]:
+    table = tmp_path / "out" / "detections.csv"
+
+    def failing(until: Callable[[], bool]) -> Iterator[NDArray[np.uint8]]:
         yield from FRAMES[:20]
+        # An interrupt may be heard before the first frame is through.
+        end = time.monotonic() + 60
+        while not until() and time.monotonic() < end:
+            time.sleep(0.01)
         raise error("no more")
 
     with pytest.raises(error, match="no more"):
-        apgstmd.run(failing(), out=tmp_path / "out", **ONE)
-    assert (tmp_path / "out" / "detections.csv").exists()
+        apgstmd.run(failing(table.exists), out=table.parent, **ONE)
+    assert table.exists()
     with pytest.raises(error, match="no more"):
-        for _ in apgstmd.watch(failing(), **ONE):
+        for _ in apgstmd.watch(failing(lambda: True), **ONE):
             pass
     # And the next one is a fresh one.
     assert apgstmd.run(FRAMES[:5], **ONE).frames == 5
