@@ -129,7 +129,7 @@ fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); f
 	@tools/fuzz.sh $(FUZZ_TIME) $(TARGETS)
 
 miri: ## the rows, where all unsafe code is, under Miri
-	@PROPTEST_CASES=2 MIRIFLAGS=-Zmiri-disable-isolation CARGO_TARGET_DIR=target/miri \
+	@PROPTEST_CASES=2 MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-tree-borrows" CARGO_TARGET_DIR=target/miri \
 		$(CARGO) +nightly miri test --package apgstmd-core --lib -- \
 		row::tests row::lateral row::mix row::tile row::warp row::workers plane:: tiles::
 
