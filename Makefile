@@ -122,7 +122,7 @@ semver: ## what has changed for programs that use the crates since BASELINE (a t
 	@target/tools/bin/cargo-semver-checks semver-checks --package apgstmd-core --package apgstmd-cli --baseline-rev "$(BASELINE)"
 
 long: ## a million small frames and 20,000 of 480 x 270 on end: memory, speed, drift, time stamps; tables
-	@$(CARGO) run --quiet --package apgstmd-tests --bin long $(FRAMES)
+	@$(CARGO) run --release --quiet --package apgstmd-tests --bin long $(FRAMES)
 
 fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
 	@tools/tool.sh cargo-fuzz 0.13.2
