@@ -16,7 +16,7 @@ use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
 use crate::stage::attention::Attention;
-use crate::stage::background::Finding;
+use crate::stage::background::Background;
 use crate::stage::facilitation::Facilitation;
 use crate::stage::lamina::Lamina;
 use crate::stage::lobula::Lobula;
@@ -159,13 +159,8 @@ impl Wiring for ApgStmd {
         }
     }
 
-    fn share(&mut self) {
-        self.retina.pass();
-        self.rejection.listen();
-    }
-
-    fn tell(&mut self, found: &Finding) {
-        self.rejection.tell(found);
+    fn front(&mut self) -> (&mut Retina, &mut Background) {
+        (&mut self.retina, &mut self.rejection.background)
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {

@@ -14,7 +14,7 @@ use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
-use crate::stage::background::Finding;
+use crate::stage::background::Background;
 use crate::stage::emd::Emd;
 use crate::stage::estmd::Estmd;
 use crate::stage::lamina::Lamina;
@@ -89,13 +89,8 @@ impl Wiring for Cascaded {
         clock.lap(Part::Facilitation);
     }
 
-    fn share(&mut self) {
-        self.retina.pass();
-        self.rejection.listen();
-    }
-
-    fn tell(&mut self, found: &Finding) {
-        self.rejection.tell(found);
+    fn front(&mut self) -> (&mut Retina, &mut Background) {
+        (&mut self.retina, &mut self.rejection.background)
     }
 
     fn stage(&self, _: &Bands, stage: Stage) -> Option<Array3<f32>> {

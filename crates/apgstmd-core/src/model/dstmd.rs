@@ -15,7 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
-use crate::stage::background::Finding;
+use crate::stage::background::Background;
 use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
 use crate::stage::lobula::Lobula;
@@ -94,13 +94,8 @@ impl Wiring for Dstmd {
         clock.lap(Part::Facilitation);
     }
 
-    fn share(&mut self) {
-        self.retina.pass();
-        self.rejection.listen();
-    }
-
-    fn tell(&mut self, found: &Finding) {
-        self.rejection.tell(found);
+    fn front(&mut self) -> (&mut Retina, &mut Background) {
+        (&mut self.retina, &mut self.rejection.background)
     }
 
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>> {

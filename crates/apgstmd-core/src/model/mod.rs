@@ -18,8 +18,9 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
-use crate::stage::background::Finding;
+use crate::stage::background::{Background, Finding};
 use crate::stage::rejection::Responses;
+use crate::stage::retina::Retina;
 use crate::state::Remember;
 use crate::tiles::{Area, TILE};
 use crate::timing::Timing;
@@ -43,10 +44,19 @@ pub(crate) trait Wiring: Heap + Remember + Send + Sync {
     }
 
     /// Is given P from now on, and told before each step what is known of the background: other detectors see the same.
-    fn share(&mut self);
+    fn share(&mut self) {
+        let (retina, background) = self.front();
+        retina.pass();
+        background.listen();
+    }
 
     /// Tells what the background does before the next step.
-    fn tell(&mut self, found: &Finding);
+    fn tell(&mut self, found: &Finding) {
+        self.front().1.tell(found);
+    }
+
+    /// What other detectors of the same frames have, too.
+    fn front(&mut self) -> (&mut Retina, &mut Background);
 
     /// A stage of the last frame, (maps, rows, columns), if the model has it. `bands` is one thread.
     fn stage(&self, bands: &Bands, stage: Stage) -> Option<Array3<f32>>;

@@ -26,7 +26,7 @@ pub(crate) struct Rejection<const N: usize> {
     /// Points that are judged.
     window: usize,
     least: Least,
-    background: Background,
+    pub background: Background,
     /// The last of the frames that are computed together.
     frame: usize,
     pub contrast: Contrast,
@@ -133,15 +133,6 @@ impl<const N: usize> Rejection<N> {
             grid: Grid::new(size),
             kept_tiles: vec![rejection.mode == RejectionMode::Off; Grid::new(size).count()],
         }
-    }
-
-    /// The background's motion is told from now on, before each frame.
-    pub fn listen(&mut self) {
-        self.background.listen();
-    }
-
-    pub fn tell(&mut self, found: &Finding) {
-        self.background.tell(found);
     }
 
     /// Whether the scene is cut before a frame: then whatever remembers earlier frames must forget them. Call it before
