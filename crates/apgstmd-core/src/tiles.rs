@@ -42,6 +42,13 @@ impl Grid {
         y / TILE * self.across + x / TILE
     }
 
+    /// The tiles of which an area, which is not empty, has pixels.
+    pub fn touching(&self, area: &Area) -> impl Iterator<Item = usize> + use<> {
+        let (across, side) = (self.across, |first: usize, length: usize| first / TILE..(first + length).div_ceil(TILE));
+        let columns = side(area.left, area.columns);
+        side(area.top, area.rows).flat_map(move |row| columns.clone().map(move |column| row * across + column))
+    }
+
     /// The tiles within `reach` pixels of a tile, itself among them.
     pub fn around(&self, tile: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         let (row, column) = (tile / self.across, tile % self.across);
@@ -95,6 +102,14 @@ mod tests {
             }
             assert!(seen.iter().all(|times| *times == 1));
         }
+    }
+
+    #[test]
+    fn touching_is_what_an_area_has_pixels_of() {
+        let grid = Grid::new(Size::new(5 * TILE, 5 * TILE));
+        let area = |top, left, rows, columns| Area { top, left, rows, columns };
+        assert_eq!(grid.touching(&area(TILE - 1, TILE, 2, TILE)).collect::<Vec<_>>(), [1, 6]);
+        assert_eq!(grid.touching(&area(0, 3, TILE, TILE - 2)).collect::<Vec<_>>(), [0, 1]);
     }
 
     #[test]

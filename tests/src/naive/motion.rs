@@ -98,7 +98,7 @@ impl Background {
 
     fn similarity(&mut self, last: &Map, now: &Map) -> Found {
         let full = now.dim();
-        let halvings = (0..).take_while(|k| full.0.min(full.1) >> k >= 64).count() as u32;
+        let halvings = (0..).take_while(|k| full.0.min(full.1) >> k >= 48).count() as u32;
         let margin = |k: u32| (4 >> k).max(1);
         let coarsest = Level { full, halvings, every: 1, margin: margin(halvings) };
         let (small_last, small_now) = (halved(last, halvings), halved(now, halvings));

@@ -105,7 +105,7 @@ impl ApgStmd {
             let kept = rejection.kept(&lobula.e);
             clock.lap(Part::Rejection);
             memorizer.advance();
-            prediction.process(bands, kept, &rejection.kept_tiles, memorizer);
+            prediction.process(bands, kept, rejection.kept_tiles(), memorizer);
             clock.lap_tiles(Part::Prediction, prediction.tiles());
             facilitation.process(bands, kept, &prediction.source.fresh, memorizer, response);
             clock.count_tiles(memorizer.grid.count());

@@ -11,6 +11,10 @@ use crate::tiles::TILE;
 /// Rows of a tile whose sums are in flight together, half of it: each vector of the source is loaded once for all of them.
 pub(crate) const ROWS: usize = TILE / 2;
 
+/// Side of a patch, px, and patches along a side of a tile.
+pub(crate) const PATCH: usize = 4;
+pub(crate) const PATCHES: usize = TILE / PATCH;
+
 /// The taps of a square kernel, arranged for [`correlate_tile`].
 #[derive(Clone, Debug)]
 pub(crate) struct TileKernel {
@@ -106,14 +110,14 @@ pub(crate) struct TileRows<'a> {
 }
 
 /// `out = a x + b y` over a tile, of which `out` has rows `stride` apart; what is not there is zero. Returns for each row
-/// which columns are not zero, as bits, and the sums over the quarters of the tile.
+/// which columns are not zero, as bits, and the sums over the patches of the tile.
 pub(crate) fn mix_tile(
     level: Level,
     [a, b]: [f32; 2],
     (x, y): (Option<TileRows<'_>>, Option<&[f32]>),
     out: &mut [f32],
     stride: usize,
-) -> ([u16; TILE], [f32; 4]) {
+) -> ([u16; TILE], [f32; PATCHES * PATCHES]) {
     let zeros = [0.0; TILE];
     let x = x.unwrap_or(TileRows { data: &zeros, stride: 0, rows: TILE });
     let (y, step) = y.map_or((&zeros[..], 0), |y| (y, TILE));
@@ -129,17 +133,17 @@ fn mix_tile_in<S: Simd>(
     (y, step): (&[f32], usize),
     out: &mut [f32],
     stride: usize,
-) -> ([u16; TILE], [f32; 4]) {
+) -> ([u16; TILE], [f32; PATCHES * PATCHES]) {
     assert!((1..=TILE).contains(&x.rows) && x.data.len() >= (x.rows - 1) * x.stride + TILE);
     assert!(y.len() >= (TILE - 1) * step + TILE && TILE.is_multiple_of(S::f32s::LEN));
     assert!(stride >= TILE && out.len() >= (TILE - 1) * stride + TILE);
     let zero = S::f32s::splat(simd, 0.0);
-    let (mut columns, mut sums) = ([0; TILE], [0.0; 4]);
-    for half in 0..2 {
+    let (mut columns, mut patches) = ([0; TILE], [0.0; PATCHES * PATCHES]);
+    for (high, patches) in patches.chunks_exact_mut(PATCHES).enumerate() {
         let mut total = [0.0; TILE];
         for left in (0..TILE).step_by(S::f32s::LEN) {
             let mut sum = zero;
-            for (row, columns) in columns.iter_mut().enumerate().skip(half * ROWS).take(ROWS) {
+            for (row, columns) in columns.iter_mut().enumerate().skip(high * PATCH).take(PATCH) {
                 // SAFETY: left + LEN <= TILE, x holds its rows, y and out hold TILE rows, as asserted.
                 unsafe {
                     let first = if row < x.rows { load(simd, x.data, row * x.stride + left) } else { zero };
@@ -151,13 +155,13 @@ fn mix_tile_in<S: Simd>(
             }
             sum.store_slice(&mut total[left..left + S::f32s::LEN]);
         }
-        for (quarter, total) in total.chunks_exact(ROWS).enumerate() {
+        for (patch, total) in patches.iter_mut().zip(total.chunks_exact(PATCH)) {
             for value in total {
-                sums[2 * half + quarter] += value;
+                *patch += value;
             }
         }
     }
-    (columns, sums)
+    (columns, patches)
 }
 
 /// Whether anything in a tile is not zero. None is negative.

@@ -14,11 +14,14 @@ use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows, Scratch, Slice};
 use crate::row::mix::accumulate;
-use crate::row::tile::{ROWS, TileKernel, correlate_tile};
+use crate::row::tile::{PATCH, PATCHES, ROWS, TileKernel, correlate_tile};
 use crate::stage::memorizer::{BLOCK, Memorizer, TILE_AREA};
 use crate::stage::source::Source;
 use crate::state::remember;
-use crate::tiles::{Grid, TILE};
+use crate::tiles::{Grid, PerTile, TILE};
+
+/// To the left and to the right of half a tile, in each direction.
+type LargestTaps = [[f32; DIRECTIONS]; 2];
 
 pub(crate) struct Prediction {
     enabled: bool,
@@ -26,11 +29,13 @@ pub(crate) struct Prediction {
     /// Gains below this share of the largest M are zero: see [`Prediction::negligible`].
     share: f32,
     kernels: [TileKernel; DIRECTIONS],
-    /// The places of quarters of tiles that reach half a tile, and the largest taps that lead from there.
-    most: Vec<((isize, isize), [f32; DIRECTIONS])>,
+    /// The places of patches that reach half a tile, and the largest taps that lead from there.
+    most: Vec<((isize, isize), LargestTaps)>,
     /// The largest tap.
     peak_tap: f32,
     pub source: Source,
+    /// Directions that something reaches, in the upper and the lower half of each tile.
+    reached: Vec<[u8; 2]>,
     jobs: Vec<Job>,
     computed: usize,
     /// Largest M of the last frame.
@@ -50,7 +55,7 @@ struct Job {
 }
 
 heap!(Job);
-heap!(Prediction { kernels, most, source, jobs, scratch });
+heap!(Prediction { kernels, most, source, reached, jobs, scratch });
 remember!(Prediction { peak });
 
 /// Radius of W_p: v_opt dt + 3 zeta.
@@ -96,10 +101,11 @@ impl Prediction {
             share: prediction.negligible as f32,
             kernels: taps.each_ref().map(|taps| TileKernel::new(taps)),
             most: places(radius)
-                .map(|place| (place, taps.each_ref().map(|taps| largest_tap(taps, radius, place))))
+                .map(|place| (place, [0..ROWS, ROWS..TILE].map(|columns| largest(&taps, radius, place, columns))))
                 .collect(),
             peak_tap: taps.iter().flatten().copied().fold(0.0, f32::max),
             source: Source::new(grid, prediction.mu as f32, radius),
+            reached: vec![[0; 2]; grid.count()],
             jobs: Vec::with_capacity(grid.count()),
             computed: 0,
             peak: 0.0,
@@ -116,13 +122,17 @@ impl Prediction {
             return;
         }
         let floor = self.negligible();
-        self.jobs.clear();
-        for tile in 0..grid.count() {
-            let halves = if bands.dense() { [u8::MAX; 2] } else { self.reached(&grid, tile, floor) };
-            if halves != [0; 2] {
-                self.jobs.push(Job { tile, halves, mask: 0, peak: 0.0 });
+        let mut reached = std::mem::take(&mut self.reached);
+        bands.over_tiles(grid.down * TILE, PerTile { values: &mut reached, across: grid.across }, |range, reached| {
+            let first = grid.holding(0, range.start);
+            for (index, halves) in reached.values.iter_mut().enumerate() {
+                *halves = if bands.dense() { [u8::MAX; 2] } else { self.reached(&grid, first + index, floor) };
             }
-        }
+        });
+        self.jobs.clear();
+        let some = reached.iter().enumerate().filter(|(_, halves)| **halves != [0; 2]);
+        self.jobs.extend(some.map(|(tile, halves)| Job { tile, halves: *halves, mask: 0, peak: 0.0 }));
+        self.reached = reached;
         let halves = self.jobs.iter().flat_map(|job| job.halves);
         self.computed = halves.map(|mask| mask.count_ones() as usize).sum::<usize>().div_ceil(2);
         let mut jobs = std::mem::take(&mut self.jobs);
@@ -167,23 +177,24 @@ impl Prediction {
         if !self.source.anything_around(tile) {
             return [0; 2];
         }
-        let (row, column) = (2 * (tile / grid.across) as isize, 2 * (tile % grid.across) as isize);
-        let mut halves = [0; 2];
-        for (half, mask) in halves.iter_mut().enumerate() {
-            let mut bounds = [0.0; DIRECTIONS];
+        let patch = |index: usize| (index * PATCHES) as isize;
+        let (row, column) = (patch(tile / grid.across), patch(tile % grid.across));
+        let half = (ROWS / PATCH) as isize;
+        [row, row + half].map(|row| {
+            let mut bounds = [[0.0; DIRECTIONS]; 2];
             for ((down, right), most) in &self.most {
-                if let Some(sums) = self.source.quarter(row + half as isize + down, column + right) {
-                    for k in 0..DIRECTIONS {
-                        bounds[k] += sums[k] * most[k];
+                if let Some(sums) = self.source.patch(row + down, column + right) {
+                    for (bounds, most) in bounds.iter_mut().zip(most) {
+                        for k in 0..DIRECTIONS {
+                            bounds[k] += sums[k] * most[k];
+                        }
                     }
                 }
             }
             // Sums of some thousand positive terms are exact to a part in a thousand.
-            for (k, bound) in bounds.into_iter().enumerate() {
-                *mask |= u8::from(bound > 0.0 && bound * 1.001 >= floor) << k;
-            }
-        }
-        halves
+            let reaches = |bound: f32| bound > 0.0 && bound * 1.001 >= floor;
+            (0..DIRECTIONS).fold(0, |mask, k| mask | u8::from(bounds.iter().any(|bounds| reaches(bounds[k]))) << k)
+        })
     }
 
     /// F and M of one tile.
@@ -220,20 +231,34 @@ impl Prediction {
     }
 }
 
-/// Where the quarters of tiles lie that reach half a tile, in rows and columns of quarters from its first one.
+/// Where the patches lie that reach half a tile, in rows and columns of patches from its first one.
 fn places(radius: usize) -> impl Iterator<Item = (isize, isize)> {
-    let span = radius.div_ceil(ROWS) as isize;
-    (-span..=span).flat_map(move |down| (-span..=span + 1).map(move |right| (down, right)))
+    let reach = radius.div_ceil(PATCH) as isize;
+    let places = move |length: usize| -reach..(length / PATCH) as isize + reach;
+    places(ROWS).flat_map(move |down| places(TILE).map(move |right| (down, right)))
 }
 
-/// The largest tap that leads from the quarter of a tile in a place to half a tile.
-fn largest_tap(taps: &[f32], radius: usize, (down, right): (isize, isize)) -> f32 {
-    let (r, rows) = (radius as isize, ROWS as isize);
-    let within = |first: isize, last: isize| first.max(-r)..=last.min(r);
-    let reach_down = within(rows * down - (rows - 1), rows * down + rows - 1);
-    let taps = reach_down.flat_map(|dy| {
-        let reach_right = within(rows * right - (2 * rows - 1), rows * right + rows - 1);
-        reach_right.map(move |dx| taps[((dy + r) * (2 * r + 1) + dx + r) as usize])
-    });
-    taps.fold(0.0, f32::max)
+/// In each direction, the largest tap that leads from the patch in a place to some columns of half a tile.
+fn largest(
+    taps: &[Vec<f32>; DIRECTIONS],
+    radius: usize,
+    (down, right): (isize, isize),
+    columns: Range<usize>,
+) -> [f32; DIRECTIONS] {
+    let (r, side) = (radius as isize, PATCH as isize);
+    // Offsets from pixels of the half tile to those of the patch.
+    let offsets = |place: isize, pixels: Range<usize>| {
+        let first = side * place - (pixels.end as isize - 1);
+        let last = side * place + side - 1 - pixels.start as isize;
+        (first.max(-r)..=last.min(r)).map(move |offset| (offset + r) as usize)
+    };
+    let mut most = [0.0f32; DIRECTIONS];
+    for dy in offsets(down, 0..ROWS) {
+        for dx in offsets(right, columns.clone()) {
+            for (most, taps) in most.iter_mut().zip(taps) {
+                *most = most.max(taps[dy * (2 * radius + 1) + dx]);
+            }
+        }
+    }
+    most
 }

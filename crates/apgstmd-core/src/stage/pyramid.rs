@@ -12,7 +12,7 @@ use crate::stage::background::Motion;
 use crate::state::{Remember, StateError, Visit};
 
 /// A level is halved while its shorter side is at least this, px.
-const HALVED_FROM: usize = 64;
+const HALVED_FROM: usize = 48;
 /// Left out at every border of the full picture, px.
 const MARGIN: usize = 4;
 /// Where |g_x| + |g_y| is above this there is structure, luminance / px: a quarter of a step of 8 bits.
@@ -230,10 +230,10 @@ mod tests {
         assert_eq!(shapes, [(270, 480, 4, 4), (135, 240, 3, 2), (67, 120, 2, 1), (33, 60, 1, 1)]);
         assert_eq!(scales[0].middle, (239.5, 134.5));
         assert_eq!(scales[3].middle, (29.5, 16.375));
-        for (height, width) in [(16, 16), (16, 300), (63, 64), (64, 63), (64, 64)] {
+        for (height, width) in [(16, 16), (16, 300), (47, 64), (64, 47), (48, 48)] {
             let levels = super::scales(Size::new(height, width), (8192, 4096));
             let levels: Vec<usize> = levels.iter().map(|scale| scale.level).collect();
-            assert_eq!(levels, if height.min(width) < 64 { [0, 0] } else { [0, 1] });
+            assert_eq!(levels, if height.min(width) < 48 { [0, 0] } else { [0, 1] });
         }
     }
 }

@@ -21,7 +21,6 @@ use crate::tiles::{Area, Grid};
 pub(crate) struct Rejection<const N: usize> {
     mode: RejectionMode,
     finder: PeakFinder,
-    keep_radius: usize,
     min_points: usize,
     /// Points that are judged.
     window: usize,
@@ -33,10 +32,18 @@ pub(crate) struct Rejection<const N: usize> {
     traces: Traces,
     /// Confirmed peaks of this frame, with their traces.
     pub confirmed: Vec<(Peak, Evidence)>,
-    kept: [Plane; N],
+    kept: Kept<N>,
+}
+
+/// E'.
+struct Kept<const N: usize> {
+    /// Of no size where all of E is kept.
+    maps: [Plane; N],
+    /// Around each peak.
+    radius: usize,
     grid: Grid,
     /// Tiles in which E' may not be zero.
-    pub kept_tiles: Vec<bool>,
+    tiles: Vec<bool>,
 }
 
 /// What the trace of a peak has shown so far.
@@ -77,6 +84,52 @@ impl<const N: usize> Responses<N> for (&[Plane; N], &Plane) {
     }
 }
 
+impl<const N: usize> Kept<N> {
+    fn everything(&self) -> bool {
+        self.maps[0].size().area() == 0
+    }
+
+    fn around(&self, peak: &Peak) -> Area {
+        around(peak, self.radius, self.maps[0].size())
+    }
+
+    /// Copies E around the peaks.
+    fn copy(&mut self, bands: &Bands, peaks: &[(Peak, Evidence)], e: &impl Responses<N>) {
+        if self.everything() {
+            return;
+        }
+        for (peak, _) in peaks {
+            let area = self.around(peak);
+            self.grid.touching(&area).for_each(|tile| self.tiles[tile] = true);
+        }
+        let (size, stride, radius) = (self.maps[0].size(), self.maps[0].stride(), self.radius);
+        let maps = self.maps.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
+        bands.over_long(size.height, KEPT_ROWS, maps, |range, mut maps| {
+            for (peak, _) in peaks {
+                let Area { top, left, rows, columns } = around(peak, radius, size);
+                let (first, last) = (top.max(range.start), (top + rows).min(range.end));
+                if first < last {
+                    e.copy(bands, &Area { top: first, left, rows: last - first, columns }, range.start, &mut maps);
+                }
+            }
+        });
+    }
+
+    /// Makes zero again what was copied.
+    fn clear(&mut self, peaks: &[(Peak, Evidence)]) {
+        if self.everything() {
+            return;
+        }
+        for (peak, _) in peaks {
+            let Area { top, left, rows, columns } = self.around(peak);
+            for map in &mut self.maps {
+                (top..top + rows).for_each(|y| map.row_mut(y)[left..left + columns].fill(0.0));
+            }
+        }
+        self.tiles.fill(false);
+    }
+}
+
 /// Within `radius` of a peak.
 fn around(peak: &Peak, radius: usize, size: Size) -> Area {
     let (top, left) = (peak.y.saturating_sub(radius), peak.x.saturating_sub(radius));
@@ -91,7 +144,8 @@ struct Least {
     straightness: f64,
 }
 
-heap!(const N => Rejection<N> { background, contrast, finder, traces, confirmed, kept, kept_tiles });
+heap!(const N => Kept<N> { maps, tiles });
+heap!(const N => Rejection<N> { background, contrast, finder, traces, confirmed, kept });
 remember!(const N => Rejection<N> { background, traces });
 
 impl<const N: usize> Rejection<N> {
@@ -110,7 +164,6 @@ impl<const N: usize> Rejection<N> {
         Self {
             mode: rejection.mode,
             finder: PeakFinder::new(size, peak_radius, params.detection.threshold as f32, max_peaks),
-            keep_radius: rejection.keep_radius as usize,
             min_points: min_points as usize,
             window: window as usize,
             least: Least {
@@ -129,9 +182,12 @@ impl<const N: usize> Rejection<N> {
                 rejection.background == BackgroundMotion::Similarity,
             ),
             confirmed: Vec::with_capacity(max_peaks),
-            kept: std::array::from_fn(|_| Plane::new(kept_size)),
-            grid: Grid::new(size),
-            kept_tiles: vec![rejection.mode == RejectionMode::Off; Grid::new(size).count()],
+            kept: Kept {
+                maps: std::array::from_fn(|_| Plane::new(kept_size)),
+                radius: rejection.keep_radius as usize,
+                grid: Grid::new(size),
+                tiles: vec![rejection.mode == RejectionMode::Off; Grid::new(size).count()],
+            },
         }
     }
 
@@ -165,7 +221,12 @@ impl<const N: usize> Rejection<N> {
         if cut {
             self.traces.end();
         }
-        self.finder.find(bands, e.strongest());
+        let Self { finder, traces, confirmed, kept, .. } = self;
+        let leave = || {
+            traces.carry(&motion);
+            kept.clear(confirmed);
+        };
+        bands.both(|| finder.find(bands, e.strongest()), leave);
         let (mode, contrast) = (self.mode, &self.contrast);
         self.traces.link(&self.finder.peaks, &motion, |peak| Point {
             place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
@@ -176,7 +237,6 @@ impl<const N: usize> Rejection<N> {
                 [0.0; ORIENTATIONS]
             },
         });
-        self.clear_kept();
         self.confirmed.clear();
         for (index, peak) in self.finder.peaks.iter().enumerate() {
             let trace = self.traces.of_peak(index);
@@ -185,30 +245,7 @@ impl<const N: usize> Rejection<N> {
                 self.confirmed.push((*peak, Evidence { trace: trace.id, points: trace.count, straightness }));
             }
         }
-        if mode != RejectionMode::Off {
-            self.keep(bands, e);
-        }
-    }
-
-    /// Copies E around the confirmed peaks.
-    fn keep(&mut self, bands: &Bands, e: &impl Responses<N>) {
-        let Self { grid, confirmed, kept, kept_tiles, keep_radius, .. } = self;
-        let size = kept[0].size();
-        for (peak, _) in &*confirmed {
-            let tile = grid.holding(peak.x, peak.y);
-            grid.around(tile, *keep_radius).for_each(|near| kept_tiles[near] = true);
-        }
-        let stride = kept[0].stride();
-        let kept = kept.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
-        bands.over_long(size.height, KEPT_ROWS, kept, |range, mut kept| {
-            for (peak, _) in &*confirmed {
-                let Area { top, left, rows, columns } = around(peak, *keep_radius, size);
-                let (first, last) = (top.max(range.start), (top + rows).min(range.end));
-                if first < last {
-                    e.copy(bands, &Area { top: first, left, rows: last - first, columns }, range.start, &mut kept);
-                }
-            }
-        });
+        self.kept.copy(bands, &self.confirmed, e);
     }
 
     fn confirms(&self, trace: &Trace) -> bool {
@@ -227,7 +264,12 @@ impl<const N: usize> Rejection<N> {
 
     /// E': E within `keep_radius` of a confirmed peak, zero elsewhere; with `off`, E itself.
     pub fn kept<'a>(&'a self, e: &'a [Plane; N]) -> &'a [Plane; N] {
-        if self.mode == RejectionMode::Off { e } else { &self.kept }
+        if self.kept.everything() { e } else { &self.kept.maps }
+    }
+
+    /// Tiles in which E' may not be zero.
+    pub fn kept_tiles(&self) -> &[bool] {
+        &self.kept.tiles
     }
 
     /// The background's motion since the last frame.
@@ -235,20 +277,8 @@ impl<const N: usize> Rejection<N> {
         self.background.found(self.frame)
     }
 
-    fn clear_kept(&mut self) {
-        if self.mode != RejectionMode::Off {
-            for (peak, _) in &self.confirmed {
-                for kept in &mut self.kept {
-                    let Area { top, left, rows, columns } = around(peak, self.keep_radius, kept.size());
-                    (top..top + rows).for_each(|y| kept.row_mut(y)[left..left + columns].fill(0.0));
-                }
-            }
-            self.kept_tiles.fill(false);
-        }
-    }
-
     pub fn reset(&mut self) {
-        self.clear_kept();
+        self.kept.clear(&self.confirmed);
         self.confirmed.clear();
         self.background.reset();
         self.traces.reset();

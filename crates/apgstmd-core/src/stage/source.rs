@@ -11,7 +11,7 @@ use crate::DIRECTIONS;
 use crate::memory::heap;
 use crate::plane::{Buffer, Plane, padded};
 use crate::row::bands::{Bands, Rows, Table};
-use crate::row::tile::{TileRows, anything, mix_tile};
+use crate::row::tile::{PATCHES, TileRows, anything, mix_tile};
 use crate::stage::memorizer::Gains;
 use crate::tiles::{Area, Grid, PerTile, TILE};
 
@@ -35,8 +35,8 @@ pub(crate) struct Source {
 struct Tile {
     /// Directions that are not zero.
     mask: u8,
-    /// Sums over its quarters, row by row, in each direction.
-    sums: [[f32; DIRECTIONS]; 4],
+    /// Sums over its patches, row by row, in each direction.
+    patches: [[f32; DIRECTIONS]; PATCHES * PATCHES],
 }
 
 heap!(Tile);
@@ -83,13 +83,11 @@ impl Source {
                     let e = (*fresh >> k & 1 == 1).then(|| tile_rows(&kept[k], &area, &mut edge));
                     let out = &mut maps[k].data[halo + area.left..];
                     let f = block.map(|block| block.f(k));
-                    let (columns, sums) = mix_tile(bands.level(), [mu, 1.0 - mu], (e, f), out, stride);
+                    let (columns, patches) = mix_tile(bands.level(), [mu, 1.0 - mu], (e, f), out, stride);
                     for (y, columns) in columns.into_iter().enumerate() {
                         occupied[k].values[y * across + column] = columns;
                     }
-                    for (quarter, sum) in tile.sums.iter_mut().zip(sums) {
-                        quarter[k] = sum;
-                    }
+                    tile.patches.iter_mut().zip(patches).for_each(|(patch, sum)| patch[k] = sum);
                 }
                 tile.mask = mask;
             }
@@ -101,20 +99,25 @@ impl Source {
         self.grid.around(tile, self.radius).any(|near| self.tiles[near].mask != 0)
     }
 
-    /// Sums over the quarter of a tile in (row, column) of quarters, in each direction; none outside the picture.
-    pub fn quarter(&self, row: isize, column: isize) -> Option<&[f32; DIRECTIONS]> {
-        let inside =
-            (0..2 * self.grid.down as isize).contains(&row) && (0..2 * self.grid.across as isize).contains(&column);
+    /// Sums over the patch in (row, column) of patches, in each direction; none outside the picture.
+    pub fn patch(&self, row: isize, column: isize) -> Option<&[f32; DIRECTIONS]> {
+        let (row, column) = (usize::try_from(row).ok()?, usize::try_from(column).ok()?);
+        let inside = row < PATCHES * self.grid.down && column < PATCHES * self.grid.across;
         inside.then(|| {
-            let (row, column) = (row as usize, column as usize);
-            &self.tiles[row / 2 * self.grid.across + column / 2].sums[row % 2 * 2 + column % 2]
+            let tile = &self.tiles[row / PATCHES * self.grid.across + column / PATCHES];
+            &tile.patches[row % PATCHES * PATCHES + column % PATCHES]
         })
     }
 
     /// The largest sum over a quarter of a tile, all directions together.
     pub fn largest_sum(&self) -> f32 {
-        let quarters = self.tiles.iter().filter(|tile| tile.mask != 0).flat_map(|tile| &tile.sums);
-        quarters.map(|sums| sums.iter().sum()).fold(0.0, f32::max)
+        let quarter = |tile: &Tile, first: usize| {
+            let patches = [0, 1, PATCHES, PATCHES + 1].map(|next| &tile.patches[first + next]);
+            patches.into_iter().flatten().sum::<f32>()
+        };
+        let firsts = [0, 2, 2 * PATCHES, 2 * PATCHES + 2];
+        let quarters = |tile: &Tile| firsts.map(|first| quarter(tile, first)).into_iter().fold(0.0, f32::max);
+        self.tiles.iter().filter(|tile| tile.mask != 0).map(quarters).fold(0.0, f32::max)
     }
 
     /// A map from `radius` rows above and columns left of a tile on, and its stride.

@@ -130,12 +130,16 @@ impl Traces {
         }
     }
 
-    /// Links the peaks of a frame; `motion` is the background's since the last, `point` what to remember of a peak.
-    pub fn link(&mut self, peaks: &[Peak], motion: &Motion, point: impl Fn(&Peak) -> Point) {
+    /// Carries all traces along with the background: call it before `link`.
+    pub fn carry(&mut self, motion: &Motion) {
         for trace in &mut self.living {
             trace.points.iter_mut().for_each(|point| point.place = motion.carry(point.place));
             trace.carried.place = motion.carry(trace.carried.place);
         }
+    }
+
+    /// Links the peaks of a frame; `motion` is the background's since the last, `point` what to remember of a peak.
+    pub fn link(&mut self, peaks: &[Peak], motion: &Motion, point: impl Fn(&Peak) -> Point) {
         self.pairs.clear();
         self.downward.clear();
         self.downward.extend(0..peaks.len());
