@@ -104,6 +104,8 @@ pub struct Setting {
     pub camera: Camera,
     /// Of the targets, px/frame.
     pub speed: f64,
+    /// Of all its targets, if they have one: a scene then has one of each size.
+    pub contrast: Option<f64>,
     seed: u64,
 }
 
@@ -134,12 +136,19 @@ pub fn settings() -> Vec<Setting> {
         for (c, camera) in Camera::ALL.into_iter().enumerate() {
             for (s, speed) in SPEEDS.into_iter().enumerate() {
                 if (g + c + s) % 2 == 0 {
-                    all.push(Setting { ground, camera, speed, seed: 100 + 2 * all.len() as u64 + c as u64 % 2 });
+                    let seed = 100 + 2 * all.len() as u64 + c as u64 % 2;
+                    all.push(Setting { ground, camera, speed, contrast: None, seed });
                 }
             }
         }
     }
     all
+}
+
+/// The same scenes, each once for every contrast.
+pub fn settings_of_one_contrast() -> Vec<Setting> {
+    let alone = |setting: Setting| CONTRASTS.map(|contrast| Setting { contrast: Some(contrast), ..setting });
+    settings().into_iter().flat_map(alone).collect()
 }
 
 /// SplitMix64.
@@ -215,13 +224,13 @@ impl Setting {
             .collect()
     }
 
-    /// Every other pair of size and contrast.
+    /// Every other pair of size and contrast, or every size with one contrast.
     fn targets(&self) -> Vec<Target> {
         let mut random = Random(self.seed);
         let mut targets = Vec::new();
         for (i, size) in SIZES.into_iter().enumerate() {
             for (j, contrast) in CONTRASTS.into_iter().enumerate() {
-                if (i + j) as u64 % 2 != self.seed % 2 {
+                if self.contrast.map_or((i + j) as u64 % 2 != self.seed % 2, |own| own != contrast) {
                     continue;
                 }
                 let angle = random.uniform() * TAU;
@@ -323,6 +332,17 @@ mod tests {
             for (size, contrast) in SIZES.into_iter().flat_map(|size| CONTRASTS.map(|contrast| (size, contrast))) {
                 assert!(of_speed.iter().any(|target| (target.size, target.contrast) == (size, contrast)));
             }
+        }
+    }
+
+    #[test]
+    fn one_of_each_size_has_the_one_contrast() {
+        let all = settings_of_one_contrast();
+        assert_eq!(all.len(), 27 * CONTRASTS.len());
+        for setting in all {
+            let targets = setting.targets();
+            assert_eq!(targets.iter().map(|target| target.size).collect::<Vec<_>>(), SIZES);
+            assert!(targets.iter().all(|target| Some(target.contrast) == setting.contrast));
         }
     }
 

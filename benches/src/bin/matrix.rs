@@ -1,9 +1,10 @@
 //! What the bank finds of targets of every speed, size and contrast, before sky, foliage and sea, with a camera that stands
-//! still, pans or shakes: `matrix DIR [threads]` writes `matrix.csv`, a row for each kind of target in each scene, and
+//! still, pans or shakes: `matrix DIR [threads] [alone]` writes `matrix.csv`, a row for each kind of target in each scene, and
 //! `matrix.md`, the table of its means.
 //!
 //! A scene has one speed, ground and camera, and eight targets: of the sixteen pairs of size and contrast those that a
-//! chessboard pattern, which changes from scene to scene, gives it. Seeds are fixed.
+//! chessboard pattern, which changes from scene to scene, gives it. With `alone` each scene comes once for every contrast, with
+//! one target of each size. Seeds are fixed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,13 +12,17 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use apgstmd_benches::matrix::{FRAMES, Found, Setting, settings};
+use apgstmd_benches::matrix::{FRAMES, Found, Setting, settings, settings_of_one_contrast};
 
 fn main() {
     let mut args = std::env::args().skip(1);
-    let folder = args.next().expect("matrix DIR [threads]");
+    let folder = args.next().expect("matrix DIR [threads] [alone]");
     let threads: usize = args.next().map_or(2, |threads| threads.parse().expect("threads"));
-    let all = settings();
+    let all = match args.next().as_deref() {
+        None => settings(),
+        Some("alone") => settings_of_one_contrast(),
+        Some(other) => panic!("alone or nothing, not {other}"),
+    };
     let (next, done) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     std::thread::scope(|scope| {
         for _ in 0..threads {
