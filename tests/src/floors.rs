@@ -27,6 +27,10 @@ pub struct Floors {
     directional_gain: f64,
     facilitation_gain: f64,
     alpha: f64,
+    /// The largest floors so far of L1, of ON and OFF, of Y and of the response, which delays and low-pass filters remember.
+    signal: f64,
+    part: f64,
+    y: f64,
     response: f64,
     /// Share of the largest M so far that a gain may be short of the truth. A frame lets go what is below `negligible` of
     /// the frame before, and what earlier ones lost comes with weight 1 - mu.
@@ -61,6 +65,9 @@ impl Floors {
             directional_gain: (0..8).map(|steps| direction_weight(steps, params).abs()).sum(),
             facilitation_gain: 1.0 + prediction.beta * window,
             alpha: params.attention.alpha,
+            signal: 0.0,
+            part: 0.0,
+            y: 0.0,
             response: 0.0,
             lost: prediction.negligible / prediction.mu,
             gains: 0.0,
@@ -75,28 +82,34 @@ impl Floors {
         let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
         let cancelled = |stage, parts: f64| LUMINANCE_ROUNDING * parts * most(stage);
         let inhibited = enhanced * self.lamina_gain + cancelled(Stage::L, self.lamina_parts);
-        let signal = if has(Stage::L1) { inhibited } else { enhanced };
+        self.signal = self.signal.max(if has(Stage::L1) { inhibited } else { enhanced });
+        let signal = self.signal;
         // Product rule for Tm3 (Tm1_4 + Mi1) Tm1_5.
         let [on, delayed_on, off_4, off_5] = [Stage::Tm3, Stage::Mi1, Stage::Tm1_4, Stage::Tm1_5].map(most);
         let sum = off_4 + delayed_on;
         let correlation = signal * (sum * off_5 + 2.0 * on * off_5 + on * sum);
         // And for ON OFFd and Y Yd_up - Yd Y_up.
         let part = signal * self.lateral_gain + cancelled(Stage::L1, self.lateral_parts);
-        let y = part * (most(Stage::ON) + most(Stage::OFFd));
-        let detector = 2.0 * y * (most(Stage::Y) + most(Stage::Yd));
+        self.part = self.part.max(part);
+        let y = part * most(Stage::OFFd) + self.part * most(Stage::ON);
+        self.y = self.y.max(y);
+        let detector = 2.0 * (y * most(Stage::Yd) + self.y * most(Stage::Y));
         let lateral = correlation * self.lateral_gain + cancelled(Stage::D, self.lateral_parts);
         let response = if has(Stage::D) { lateral * self.directional_gain } else { detector };
         // Predictions and low-pass filters remember earlier frames.
         self.response = self.response.max(response);
         let (remembered, gain) = (self.response, self.facilitation_gain);
+        let (delayed, slow) = (self.part, self.y);
         let lost = self.lost * self.gains;
         self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
             Stage::P | Stage::C | Stage::A => luminance,
             Stage::Pe | Stage::L => enhanced,
             Stage::L1 | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => signal,
-            Stage::ON | Stage::OFF | Stage::OFFd => part,
-            Stage::Y | Stage::Yd => y,
+            Stage::ON | Stage::OFF => part,
+            Stage::OFFd => delayed,
+            Stage::Y => y,
+            Stage::Yd => slow,
             Stage::D => correlation,
             Stage::E | Stage::Ep => response,
             Stage::F => remembered.max(lost),
