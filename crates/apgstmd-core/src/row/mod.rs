@@ -30,6 +30,8 @@ mod tests {
         let Params { attention, lamina, medulla, lobula, rejection, prediction, detection, .. } = &mut params;
         (lamina.fast_tau, lamina.slow_tau) = (0.2, 0.6);
         (medulla.mi1_tau, medulla.tm1_4_tau, medulla.tm1_5_tau) = (1.0, 1.0, 1.0);
+        (lamina.fast_order, lamina.slow_order) = (1, 1);
+        (medulla.mi1_order, medulla.tm1_4_order, medulla.tm1_5_order) = (1, 1, 1);
         (lobula.radius, detection.peak_radius, attention.scales[0]) = (2, 2, 0.5);
         (prediction.horizon, prediction.v_opt, prediction.ring_width) = (1, 1.0, 0.3);
         (rejection.motion_min_points, rejection.motion_distance) = (2, 0.0);
