@@ -136,10 +136,11 @@ miri: ## the rows, where all unsafe code is, under Miri
 	@$(call MIRI) row::lateral row::mix row::tile row::warp plane:: tiles::
 	@$(call MIRI,-Zmiri-ignore-leaks) row::tests row::workers
 
+# A test asks for more memory than there is, to be refused.
 asan: ## the core and its suites under AddressSanitizer
-	@PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
+	@ASAN_OPTIONS=allocator_may_return_null=1 PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
 		$(CARGO) +nightly test --quiet --target $(HOST) --package apgstmd-core --lib
-	@PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
+	@ASAN_OPTIONS=allocator_may_return_null=1 PROPTEST_CASES=4 RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/asan \
 		$(CARGO) +nightly test --quiet --target $(HOST) --package apgstmd-tests --test machine --test threads --test tiny --test state
 
 tsan: ## the threads under ThreadSanitizer
