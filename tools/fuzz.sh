@@ -8,7 +8,7 @@ seconds=$1
 shift
 PATH=$PWD/target/tools/bin:$PATH
 [ $# -gt 0 ] || set -- $(sed -n 's/^name = "\([a-z_]*\)"$/\1/p' fuzz/Cargo.toml)
-cargo +nightly fuzz build
+cargo +nightly fuzz build --no-trace-compares
 host=$(rustc +nightly -vV | sed -n 's/^host: //p')
 table=target/fuzz.csv
 [ -f "$table" ] || echo "target,date,seconds,executions,edges,features,corpus,result" > "$table"

@@ -215,6 +215,10 @@ fn arrays_that_cannot_be_are_refused() {
             values[length / 2] = f32::NAN;
             refuse(name, Some(Array { shape: array.shape.clone(), values: Values::F32(values) }));
         }
+        // What counts could not go on.
+        if let Values::U64(values) = &array.values {
+            refuse(name, Some(Array { shape: array.shape.clone(), values: Values::U64(vec![u64::MAX; values.len()]) }));
+        }
     }
     let of = |values: Values| Some(Array { shape: vec![values.len()], values });
     refuse("memorizer.now", of(Values::U64(vec![1 << 40])));

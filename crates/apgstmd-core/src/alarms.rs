@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::detection::Detection;
 use crate::frame::Size;
 use crate::memory::heap;
-use crate::state::{Origin, Remember, State, StateError, Visit};
+use crate::state::{Origin, Remember, State, StateError, Visit, is_count};
 
 /// Frames that are remembered.
 const WINDOW: u64 = 1000;
@@ -79,7 +79,8 @@ impl Remember for FalseAlarms {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("frames", &mut self.frames)?;
         let most = WINDOW as usize * MOST_ROWS;
-        let sound = |rows: &Vec<Row>| rows.len() <= most && rows.iter().all(|row| row.score.is_finite());
+        let of_row = |row: &Row| row.score.is_finite() && is_count(row.frame);
+        let sound = |rows: &Vec<Row>| rows.len() <= most && rows.iter().all(of_row);
         if let Some(rows) = visit.record("window", || self.window.iter().copied().collect(), sound)? {
             self.window.clear();
             self.window.extend(rows);

@@ -1,10 +1,9 @@
 //! The detector with arbitrary parameters and frames, the tracker, and their states.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
-use apgstmd_core::params::BackgroundMotion;
-use apgstmd_core::params::TemporalEngine;
+use apgstmd_core::params::{BackgroundMotion, Localise, TemporalEngine};
 use apgstmd_core::state::{Array, Values};
 use apgstmd_core::tracking::{Observation, TrackPoint};
 use apgstmd_core::{
@@ -68,6 +67,19 @@ fn base(input: &mut Unstructured<'_>) -> Params {
     params.for_speed(speed).expect("a valid speed")
 }
 
+/// Where detections are moved onto the target, a detector begins by following an ideal one, over many times the pixels of all
+/// frames here: a few inputs have that, where the filters settle soon. `tests/extremes.rs` has it for every parameter.
+fn seldom_moved(params: &mut Params, input: &mut Unstructured<'_>) {
+    const SOON: f64 = 20.0;
+    let Params { lamina, lamina_inhibition, medulla, estmd, emd, .. } = &*params;
+    let inhibition = lamina_inhibition.excitation_tau.max(lamina_inhibition.inhibition_tau);
+    let delays = [medulla.mi1_tau, medulla.tm1_4_tau, medulla.tm1_5_tau, estmd.off_tau, emd.tau, inhibition];
+    let slowest = delays.into_iter().fold(lamina.slow_tau, f64::max);
+    if whole(input, 0..=7) > 0 || slowest > SOON {
+        params.detection.localise = Localise::Response;
+    }
+}
+
 fn size(input: &mut Unstructured<'_>) -> Size {
     Size::new(whole(input, 16..=24) as usize, whole(input, 16..=24) as usize)
 }
@@ -99,6 +111,7 @@ pub fn detector(bytes: &[u8]) {
     let mut params = change(&params, &mut input, true);
     // On so few pixels whether a motion explains the picture is a matter of rounding; tests/motion.rs compares it.
     params.rejection.background = BackgroundMotion::Off;
+    seldom_moved(&mut params, &mut input);
     let size = size(&mut input);
     let mut pair = Pair::new(size, &params, 1);
     for t in 0..whole(&mut input, 1..=14) as usize {
@@ -138,6 +151,7 @@ pub fn extremes(bytes: &[u8]) {
     let size = size(&mut input);
     // Weighted sums over thousands of frames are valid, and take minutes.
     params.engine.temporal = TemporalEngine::Cascade;
+    seldom_moved(&mut params, &mut input);
     let mut one = Detector::with_threads(size, &params, 1).expect("valid parameters");
     let machine = Machine { threads: 1, together: whole(&mut input, 1..=8) as usize, ..Machine::default() };
     let mut blocks = Detector::with_options(size, &params, &machine).expect("valid parameters");
@@ -224,34 +238,56 @@ pub fn tracker(bytes: &[u8]) {
 }
 
 /// A state of a detector that has seen something.
-static KEPT: LazyLock<(State, Params, Size)> = LazyLock::new(|| {
-    let params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
-    let size = Size::new(16, 24);
-    let mut detector = Detector::with_threads(size, &params, 1).expect("valid parameters");
-    let mut response = detector.make_response();
-    for t in 0..20 {
-        let picture = frame(&mut Unstructured::new(&[200, 10]), size, t, 1.0);
-        detector.process_into(picture.view(), &mut response).expect("a frame");
+struct Kept {
+    detector: Detector,
+    state: State,
+    /// What a new detector makes of the first frame.
+    first: (Vec<u32>, String),
+}
+
+impl Kept {
+    /// The same frames whatever the input.
+    fn picture(t: usize) -> Array2<u8> {
+        frame(&mut Unstructured::new(&[200, 10]), Size::new(16, 24), t, 1.0)
     }
-    (detector.state(), params, size)
-});
+
+    fn new() -> Self {
+        let params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
+        let mut detector = Detector::with_threads(Size::new(16, 24), &params, 1).expect("valid parameters");
+        let mut response = detector.make_response();
+        detector.process_into(Self::picture(0).view(), &mut response).expect("a frame");
+        let first = bits(&response);
+        for t in 1..20 {
+            detector.process_into(Self::picture(t).view(), &mut response).expect("a frame");
+        }
+        Self { state: detector.state(), first, detector }
+    }
+}
+
+thread_local! {
+    // Making a detector takes a hundred times as long as what is done with it here.
+    static KEPT: RefCell<Kept> = RefCell::new(Kept::new());
+}
 
 /// Any file is refused or read; a state with other arrays is refused or goes on to numbers, and one that is refused leaves
 /// the detector as it was.
 pub fn state(bytes: &[u8]) {
     let _ = State::from_bytes(bytes);
-    let (kept, params, size) = &*KEPT;
-    let mut input = Unstructured::new(bytes);
-    let mut arrays = kept.arrays().clone();
+    KEPT.with_borrow_mut(|kept| state_with(kept, &mut Unstructured::new(bytes)));
+}
+
+fn state_with(kept: &mut Kept, input: &mut Unstructured<'_>) {
+    let Kept { detector, state, first } = kept;
+    let mut arrays = state.arrays().clone();
     let mut names: Vec<String> = arrays.keys().cloned().collect();
     names.push(text_of(input.bytes(4).unwrap_or_default()).into_owned());
-    for _ in 0..whole(&mut input, 0..=4) {
-        let name = &names[whole(&mut input, 0..=names.len() as u32 - 1) as usize];
-        match whole(&mut input, 0..=6) {
+    for _ in 0..whole(input, 0..=4) {
+        let name = &names[whole(input, 0..=names.len() as u32 - 1) as usize];
+        match whole(input, 0..=6) {
             0 => drop(arrays.remove(name)),
             1 => drop(arrays.insert(name.clone(), Array { shape: vec![2], values: Values::F32(vec![1.0, f32::NAN]) })),
             _ => {
-                let (at, value) = (input.arbitrary().unwrap_or(0usize), any_float(&mut input));
+                let (at, value) = (input.arbitrary().unwrap_or(0usize), any_float(input));
                 let Some(array) = arrays.get_mut(name) else { continue };
                 let Some(at) = at.checked_rem(array.values.len()) else { continue };
                 match &mut array.values {
@@ -264,18 +300,20 @@ pub fn state(bytes: &[u8]) {
             }
         }
     }
-    let changed = State::new(kept.origin().clone(), arrays).expect("shapes are those of before");
-    let mut detector = Detector::with_threads(*size, params, 1).expect("valid parameters");
+    let changed = State::new(state.origin().clone(), arrays).expect("shapes are those of before");
+    detector.reset();
+    let mut response = detector.make_response();
     let file = State::from_bytes(&changed.to_bytes()).expect("what was written can be read");
     match detector.restore(&file) {
         Err(error) => {
             assert!(!error.to_string().is_empty());
             assert_eq!(detector.frames(), 0);
+            detector.process_into(Kept::picture(0).view(), &mut response).expect("a frame");
+            assert!(bits(&response) == *first, "a state that is refused leaves a trace: {error}");
         }
         Ok(()) => {
-            let mut response = detector.make_response();
             for t in 20..24 {
-                let picture = frame(&mut input, *size, t, 1.0);
+                let picture = frame(input, detector.size(), t, 1.0);
                 detector.process_into(picture.view(), &mut response).expect("a frame");
                 is_finite(&response);
             }

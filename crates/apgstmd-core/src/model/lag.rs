@@ -16,6 +16,11 @@ pub(crate) const SIDE: f64 = 5.0;
 const CLEAR: f64 = 20.0;
 /// Path over which the lag is averaged, px: whole pixels, so that every sub-pixel place counts.
 const MEASURED: f64 = 4.0;
+/// Longest path on which filters are waited for, px. Filters that fit the speed have settled on an eighth of it; slow ones
+/// behind a fast target would take hours, and a picture wider than any there is.
+const LONGEST: f64 = 256.0;
+/// Most frames in any case.
+const MOST_FRAMES: f64 = 4000.0;
 
 /// Mean distance from the centre of a black 5 x 5 target on white, moving at the tuned speed to the right, back to the
 /// peak of its response, px; 0 where detections are not moved, where the parameters give no response, and without
@@ -31,8 +36,7 @@ pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
     params.detection.threshold = 0.0;
     params.detection.max_peaks = 1;
     let (mut sum, mut count) = (0.0, 0.0);
-    // The gamma filters have settled to a few thousandths after three time constants.
-    follow(&params, simd, 1.0, 3.0 * slowest(&params), |center, response| {
+    follow(&params, simd, 1.0, filters_settle(&params), |center, response| {
         if let Some(peak) = response.detections.first() {
             sum += center - f64::from(peak.x);
             count += 1.0;
@@ -52,7 +56,7 @@ pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
     params.rejection.background = BackgroundMotion::Off;
     let params = &params;
     let rejection = f64::from(params.motion_window().max(params.rejection.contrast_window));
-    let settle = 3.0 * slowest(params) + horizons * params.horizon() as f64 + rejection;
+    let settle = filters_settle(params) + horizons * params.horizon() as f64 + rejection;
     let (mut sum, mut count) = (0.0, 0.0);
     follow(params, simd, contrast, settle, |_, response| {
         sum += response.detections.first().map_or(0.0, |found| f64::from(found.score));
@@ -65,13 +69,12 @@ pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
 /// over whole pixels, after `settle` frames.
 fn follow(params: &Params, simd: SimdLevel, contrast: f64, settle: f64, mut see: impl FnMut(f64, &Response)) {
     let speed = tuned_speed(params);
-    let settle = settle.ceil().min(4000.0);
-    let frames = settle + (MEASURED / speed).ceil().max(4.0);
-    let size = Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize);
+    let settle = settle.ceil().min(MOST_FRAMES);
+    let (size, frames) = strip(speed, settle);
     let (mut model, mut luminance) = (wire(size, params, 1, 1), Plane::new(size));
     let most = params.detection.max_peaks as usize;
     let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, most));
-    for t in 0..frames as usize {
+    for t in 0..frames {
         let center = CLEAR + speed * t as f64;
         let frame = Array2::from_shape_fn((size.height, size.width), |(y, x)| {
             1.0 - (contrast * covered(x as f64, center) * covered(y as f64, CLEAR)) as f32
@@ -83,6 +86,17 @@ fn follow(params: &Params, simd: SimdLevel, contrast: f64, settle: f64, mut see:
             see(center, &response);
         }
     }
+}
+
+/// Size of the pictures that a target crosses at this speed, and how many there are.
+fn strip(speed: f64, settle: f64) -> (Size, usize) {
+    let frames = settle + (MEASURED / speed).ceil().max(4.0);
+    (Size::new((2.0 * CLEAR + SIDE) as usize, (2.0 * CLEAR + speed * frames).ceil() as usize), frames as usize)
+}
+
+/// Frames after which the gamma filters have settled to a few thousandths, three time constants, as far as the path allows.
+fn filters_settle(params: &Params) -> f64 {
+    (3.0 * slowest(params)).min(LONGEST / tuned_speed(params))
 }
 
 /// The speed at which a target covers the distance of the two pixels in the delay between their signals, px/frame. In the
@@ -123,6 +137,34 @@ pub(crate) fn covered(x: f64, center: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::params::Preset;
+
+    /// Slow filters behind a fast target, and behind a slow one: a detector is made in seconds, and takes little memory for it.
+    #[test]
+    fn the_strip_is_bounded() {
+        for model in Model::ALL {
+            for spacing in [1.0, 3.0, 32.0] {
+                for delay in [0.01, 0.1, 1.0, 5.0, 500.0] {
+                    let mut params = Params::for_model(*model);
+                    (params.lobula.spacing, params.emd.spacing) = (spacing, spacing);
+                    (params.medulla.mi1_tau, params.emd.tau) = (delay, delay);
+                    (params.lamina.slow_tau, params.lamina_inhibition.inhibition_tau) = (500.0, 500.0);
+                    params.validate().unwrap();
+                    let (size, frames) = strip(tuned_speed(&params), filters_settle(&params).ceil().min(MOST_FRAMES));
+                    assert!(size.width <= 500 && frames <= 4400, "{model} {spacing} {delay}: {size}, {frames} frames");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn filters_that_fit_the_speed_settle_wholly() {
+        for speed in [0.05, 0.25, 1.0, 8.0, 32.0] {
+            for model in Model::ALL {
+                let params = Params::for_model(*model).for_speed(speed).unwrap();
+                assert_eq!(filters_settle(&params), 3.0 * slowest(&params), "{model} at {speed}");
+            }
+        }
+    }
 
     #[test]
     fn the_ideal_target_is_not_taken_for_the_background() {

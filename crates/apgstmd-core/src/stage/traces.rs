@@ -82,7 +82,9 @@ impl Remember for Traces {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("next_id", &mut self.next_id)?;
         let (most, points) = (self.living.len() + self.spare.len(), self.window.max(REMEMBERED));
-        let sound = |living: &Vec<Trace>| living.len() <= most && living.iter().all(|trace| trace.sound(points));
+        let missed = self.max_missed;
+        let sound =
+            |living: &Vec<Trace>| living.len() <= most && living.iter().all(|trace| trace.sound(points, missed));
         let Some(loaded) = visit.record("living", || self.living.clone(), sound)? else { return Ok(()) };
         self.end();
         // Into the memory that is there.
@@ -229,14 +231,15 @@ impl Traces {
 }
 
 impl Trace {
-    /// Whether it can have been saved with at most so many points.
-    fn sound(&self, most: usize) -> bool {
+    /// Whether it can have been saved with at most so many points, and frames without one.
+    fn sound(&self, most: usize, missed: u32) -> bool {
         let tracks = [self.seen, self.carried];
         let places = tracks.iter().flat_map(|track| [track.place, track.velocity]);
         let points = self.points.iter().map(|point| point.place);
         let finite = |(x, y): (f64, f64)| x.is_finite() && y.is_finite();
         let of_point = |point: &Point| point.step.is_finite() && point.contrast.iter().all(|value| value.is_finite());
-        (1..=most).contains(&self.points.len()) && places.chain(points).all(finite) && self.points.iter().all(of_point)
+        let counted = (1..=most).contains(&self.points.len()) && self.missed <= missed;
+        counted && places.chain(points).all(finite) && self.points.iter().all(of_point)
     }
 
     fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {

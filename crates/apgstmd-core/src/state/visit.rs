@@ -170,7 +170,7 @@ impl<'a> Visit<'a> {
         }
         match values.iter().all(|value| value.sound()) {
             true => Ok(values),
-            false => Err(self.problem("holds a value that is not finite")),
+            false => Err(self.problem("holds a value that is not finite, or too large to count from")),
         }
     }
 
@@ -234,7 +234,12 @@ element!(f32, "f32", F32, f32::is_finite);
 element!(f64, "f64", F64, f64::is_finite);
 element!(u8, "u8", U8);
 element!(u32, "u32", U32);
-element!(u64, "u64", U64);
+element!(u64, "u64", U64, is_count);
+
+/// What counts frames, traces, tracks goes on to count from what a file says.
+pub(crate) fn is_count(count: u64) -> bool {
+    count < 1 << 62
+}
 
 macro_rules! scalar {
     ($($type:ty),*) => {
