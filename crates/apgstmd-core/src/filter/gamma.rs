@@ -9,6 +9,8 @@
 //! (i + w)^n = sum_k C(n, k) w^{n-k} sum_j S(k, j) j! C(i, j), with S the Stirling numbers of the second kind,
 //! every b_j is a sum of positive terms: nothing cancels, at any order.
 
+use std::sync::LazyLock;
+
 use crate::row::recurse::CascadeTaps;
 
 /// A gamma kernel of order n and time constant tau (frames).
@@ -30,7 +32,9 @@ pub(crate) enum Response {
 
 const NODES: usize = 16;
 
-/// Gauss-Legendre nodes and weights on [-1, 1].
+/// Gauss-Legendre nodes and weights on [-1, 1]. Each tap of a filter needs them, and they take longer than the tap.
+static LEGENDRE: LazyLock<[(f64, f64); NODES]> = LazyLock::new(legendre);
+
 fn legendre() -> [(f64, f64); NODES] {
     std::array::from_fn(|i| {
         let n = NODES as f64;
@@ -54,7 +58,7 @@ fn legendre() -> [(f64, f64); NODES] {
 }
 
 fn integrate(from: f64, to: f64, panels: usize, f: impl Fn(f64) -> f64) -> f64 {
-    let nodes = legendre();
+    let nodes = &*LEGENDRE;
     let half = (to - from) / (2.0 * panels as f64);
     (0..panels)
         .map(|panel| {
