@@ -12,10 +12,10 @@ test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
-	trust trust-long boundary deny sbom semver agreement long fuzz miri asan tsan docs clean
+	trust trust-long boundary deny sbom semver agreement long fuzz miri miri-detector asan tsan docs clean
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
 demo: ## build the program and let it find targets in a scene it makes itself; results in demo-out/
 	@$(CARGO) build --release --package apgstmd-cli
@@ -94,7 +94,7 @@ trust: boundary deny sbom agreement ## what the project promises of hostile inpu
 	@$(MAKE) --no-print-directory miri
 	@$(MAKE) --no-print-directory fuzz FUZZ_TIME=20
 
-trust-long: trust fuzz asan tsan ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), AddressSanitizer, ThreadSanitizer
+trust-long: trust fuzz asan tsan miri-detector ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), sanitizers, a detector under Miri
 
 boundary:
 	@python3 tools/unsafe.py --check
@@ -134,7 +134,10 @@ MIRI = PROPTEST_CASES=2 CARGO_TARGET_DIR=target/miri MIRIFLAGS="-Zmiri-disable-i
 
 miri: ## the rows, where all unsafe code is, under Miri
 	@$(call MIRI) row::lateral row::mix row::tile row::warp plane:: tiles::
-	@$(call MIRI,-Zmiri-ignore-leaks) row::tests row::workers
+	@$(call MIRI,-Zmiri-ignore-leaks) row::workers
+
+miri-detector: ## a whole small detector on one thread and on two under Miri: more than 20 minutes
+	@$(call MIRI,-Zmiri-ignore-leaks) row::tests
 
 # A test asks for more memory than there is, to be refused.
 asan: ## the core and its suites under AddressSanitizer
