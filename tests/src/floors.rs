@@ -3,7 +3,7 @@
 //! go as negligible. Only where a stage is tiny (first frames, faint
 //! scenes) does it exceed [`crate::compare::RELATIVE`] of its maximum.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use apgstmd_core::{Model, Params, Stage};
 
@@ -26,6 +26,8 @@ pub struct Floors {
     lateral_parts: f64,
     directional_gain: f64,
     facilitation_gain: f64,
+    /// Of A, as a multiple of the rounding of luminance.
+    attention_parts: f64,
     alpha: f64,
     /// The largest floors so far of L1, of ON and OFF, of Y and of the response, which delays and low-pass filters remember.
     signal: f64,
@@ -64,6 +66,12 @@ impl Floors {
                 ),
             directional_gain: (0..8).map(|steps| direction_weight(steps, params).abs()).sum(),
             facilitation_gain: 1.0 + prediction.beta * window,
+            // Both parts of W_a, (sigma^2 - u^2) times its Gaussian, come to sqrt(2 / pi), however much of them cancels; along rows and
+            // columns each is a sum of as many terms as the kernel is wide, rounded by half a unit each.
+            attention_parts: params.attention.scales.iter().fold(1.0, |most, sigma| {
+                let width = 2.0 * (4.0 * sigma).ceil() + 1.0;
+                most.max(2.0 * (2.0 / PI).sqrt() * width)
+            }),
             alpha: params.attention.alpha,
             signal: 0.0,
             part: 0.0,
@@ -79,7 +87,8 @@ impl Floors {
         let has = |stage| self.model.stages().contains(&stage);
         let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
         let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
-        let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
+        let attention = luminance * self.attention_parts;
+        let enhanced = luminance + if most(Stage::A) > 0.0 { self.alpha * attention } else { 0.0 };
         let cancelled = |stage, parts: f64| LUMINANCE_ROUNDING * parts * most(stage);
         let inhibited = enhanced * self.lamina_gain + cancelled(Stage::L, self.lamina_parts);
         self.signal = self.signal.max(if has(Stage::L1) { inhibited } else { enhanced });
@@ -103,7 +112,8 @@ impl Floors {
         let lost = self.lost * self.gains;
         self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
-            Stage::P | Stage::C | Stage::A => luminance,
+            Stage::P | Stage::C => luminance,
+            Stage::A => attention,
             Stage::Pe | Stage::L => enhanced,
             Stage::L1 | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => signal,
             Stage::ON | Stage::OFF => part,
