@@ -88,7 +88,7 @@ impl Floors {
         let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
         let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
         let attention = luminance * self.attention_parts;
-        let enhanced = luminance + if most(Stage::A) > 0.0 { self.alpha * attention } else { 0.0 };
+        let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
         let cancelled = |stage, parts: f64| LUMINANCE_ROUNDING * parts * most(stage);
         let inhibited = enhanced * self.lamina_gain + cancelled(Stage::L, self.lamina_parts);
         self.signal = self.signal.max(if has(Stage::L1) { inhibited } else { enhanced });
