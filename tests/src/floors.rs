@@ -1,7 +1,6 @@
 //! Differences that rounding of the input alone explains, stage by stage: [`LUMINANCE_ROUNDING`] carried through the
-//! model; the rounding of kernels that are a difference of Gaussians, as far as these cancel; and what is lost with gains that are let
-//! go as negligible. Only where a stage is tiny (first frames, faint
-//! scenes) does it exceed [`crate::compare::RELATIVE`] of its maximum.
+//! model; the rounding of kernels that are a difference of Gaussians, as far as these cancel; and what is lost with gains that
+//! are let go as negligible. Only where a stage is tiny (first frames, faint scenes) does it exceed [`crate::compare::RELATIVE`] of its maximum.
 
 use std::f64::consts::{PI, TAU};
 
@@ -66,11 +65,12 @@ impl Floors {
                 ),
             directional_gain: (0..8).map(|steps| direction_weight(steps, params).abs()).sum(),
             facilitation_gain: 1.0 + prediction.beta * window,
-            // Both parts of W_a, (sigma^2 - u^2) times its Gaussian, come to sqrt(2 / pi), however much of them cancels; along rows and
-            // columns each is a sum of as many terms as the kernel is wide, rounded by half a unit each.
+            // Both parts of W_a, sigma^2 and u^2 times its Gaussian, come to sqrt(2 / pi), however much of them cancels. Along rows
+            // and columns each is a sum of as many terms as the kernel is wide, rounded by up to half a unit each: five standard
+            // deviations of so many roundings.
             attention_parts: params.attention.scales.iter().fold(1.0, |most, sigma| {
                 let width = 2.0 * (4.0 * sigma).ceil() + 1.0;
-                most.max(2.0 * (2.0 / PI).sqrt() * width)
+                most.max(5.0 * 2.0 * (2.0 / PI).sqrt() * (2.0 * width / 12.0).sqrt())
             }),
             alpha: params.attention.alpha,
             signal: 0.0,
@@ -87,7 +87,6 @@ impl Floors {
         let has = |stage| self.model.stages().contains(&stage);
         let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
         let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
-        let attention = luminance * self.attention_parts;
         let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
         let cancelled = |stage, parts: f64| LUMINANCE_ROUNDING * parts * most(stage);
         let inhibited = enhanced * self.lamina_gain + cancelled(Stage::L, self.lamina_parts);
@@ -108,12 +107,12 @@ impl Floors {
         // Predictions and low-pass filters remember earlier frames.
         self.response = self.response.max(response);
         let (remembered, gain) = (self.response, self.facilitation_gain);
-        let (delayed, slow) = (self.part, self.y);
+        let (delayed, slow, attention) = (self.part, self.y, self.attention_parts);
         let lost = self.lost * self.gains;
         self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
             Stage::P | Stage::C => luminance,
-            Stage::A => attention,
+            Stage::A => luminance * attention,
             Stage::Pe | Stage::L => enhanced,
             Stage::L1 | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => signal,
             Stage::ON | Stage::OFF => part,
