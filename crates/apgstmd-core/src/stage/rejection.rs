@@ -89,24 +89,20 @@ impl<const N: usize> Kept<N> {
         self.maps[0].size().area() == 0
     }
 
-    fn around(&self, peak: &Peak) -> Area {
-        around(peak, self.radius, self.maps[0].size())
-    }
-
     /// Copies E around the peaks.
     fn copy(&mut self, bands: &Bands, peaks: &[(Peak, Evidence)], e: &impl Responses<N>) {
         if self.everything() {
             return;
         }
+        let Self { maps, radius, grid, tiles } = self;
+        let (size, stride) = (maps[0].size(), maps[0].stride());
         for (peak, _) in peaks {
-            let area = self.around(peak);
-            self.grid.touching(&area).for_each(|tile| self.tiles[tile] = true);
+            grid.touching(&around(peak, *radius, size)).for_each(|tile| tiles[tile] = true);
         }
-        let (size, stride, radius) = (self.maps[0].size(), self.maps[0].stride(), self.radius);
-        let maps = self.maps.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
+        let maps = maps.each_mut().map(|plane| Rows { data: plane.data_mut(), stride });
         bands.over_long(size.height, KEPT_ROWS, maps, |range, mut maps| {
             for (peak, _) in peaks {
-                let Area { top, left, rows, columns } = around(peak, radius, size);
+                let Area { top, left, rows, columns } = around(peak, *radius, size);
                 let (first, last) = (top.max(range.start), (top + rows).min(range.end));
                 if first < last {
                     e.copy(bands, &Area { top: first, left, rows: last - first, columns }, range.start, &mut maps);
@@ -121,7 +117,7 @@ impl<const N: usize> Kept<N> {
             return;
         }
         for (peak, _) in peaks {
-            let Area { top, left, rows, columns } = self.around(peak);
+            let Area { top, left, rows, columns } = around(peak, self.radius, self.maps[0].size());
             for map in &mut self.maps {
                 (top..top + rows).for_each(|y| map.row_mut(y)[left..left + columns].fill(0.0));
             }
