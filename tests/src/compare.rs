@@ -168,7 +168,7 @@ impl Pair {
         let seen = self.naive.step_with(&frame.mapv(|v| f64::from(v) / 255.0), decisions);
 
         self.background(&given, &seen.background)?;
-        let floor = self.floors.of(&seen);
+        let floor = self.floors.of(&seen, &e);
         for &stage in self.params.model.stages() {
             let most = peak(&seen[stage]);
             let tolerance = (RELATIVE * most).max(floor(stage));

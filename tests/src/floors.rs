@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 use apgstmd_core::{Model, Params, Stage};
 
+use crate::compare::RELATIVE;
 use crate::naive::Seen;
 use crate::naive::lobula::{direction_weight, lateral_kernel};
 use crate::naive::map::{Map, kernel_from, peak};
@@ -38,6 +39,8 @@ pub struct Floors {
     lost: f64,
     /// Largest M of the frames before.
     gains: f64,
+    /// Responses at or below are zero.
+    least: f64,
 }
 
 impl Floors {
@@ -79,11 +82,12 @@ impl Floors {
             response: 0.0,
             lost: prediction.negligible / prediction.mu,
             gains: 0.0,
+            least: lobula.response_floor,
         }
     }
 
-    /// The floors of this frame, by stage.
-    pub fn of(&mut self, seen: &Seen) -> impl Fn(Stage) -> f64 + use<> {
+    /// The floors of this frame, by stage, where E is `e`. Rounding decides whether a response at the least one is zero.
+    pub fn of(&mut self, seen: &Seen, e: &[Map]) -> impl Fn(Stage) -> f64 + use<> {
         let has = |stage| self.model.stages().contains(&stage);
         let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
         let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
@@ -103,7 +107,14 @@ impl Floors {
         self.y = self.y.max(y);
         let detector = 2.0 * (y * most(Stage::Yd) + self.y * most(Stage::Y));
         let lateral = correlation * self.lateral_gain + cancelled(Stage::D, self.lateral_parts);
-        let response = if has(Stage::D) { lateral * self.directional_gain } else { detector };
+        let mut response = if has(Stage::D) { lateral * self.directional_gain } else { detector };
+        if has(Stage::E) {
+            let highest = self.least + response.max(RELATIVE * most(Stage::E));
+            let either = |(a, b): (&f64, &f64)| (*a == 0.0) != (*b == 0.0) && a.max(*b) <= highest;
+            if seen[Stage::E].iter().zip(e).any(|(a, b)| a.iter().zip(b).any(either)) {
+                response = response.max(highest);
+            }
+        }
         // Predictions and low-pass filters remember earlier frames.
         self.response = self.response.max(response);
         let (remembered, gain) = (self.response, self.facilitation_gain);

@@ -43,7 +43,8 @@ fn agree(golden: &Golden, params: &Params) {
     for t in 0..=*golden.stages.keys().last().expect("a golden has stages") {
         let seen = naive.step(&golden.luminance(t));
         fast.process_into(golden.frames.index_axis(Axis(0), t), &mut response).expect("a valid frame");
-        let floor = floors.of(&seen);
+        let e = maps(&fast.probe().stage(Stage::E).expect("apg-STMD has it"));
+        let floor = floors.of(&seen, &e);
         for (stage, truth) in golden.stages.get(&t).into_iter().flatten() {
             // float64 both; the golden is stored in f32, which rounds by 6e-8 of the value. 5e-7 was reached; no pixel
             // is excused.

@@ -31,7 +31,7 @@ fn so_many_rows_are_listed() {
     let (parent, out) = results();
     let input = scene(parent.path(), false, 120);
     let run = |flags: &str| {
-        let line = format!("run {{in}} --out {{out}} --force --speeds 1 {flags}");
+        let line = format!("run {{in}} --out {{out}} --force --speeds 1,2 {flags}");
         apgstmd(&line, &input, &out).ok();
         (rows_a_frame(&out, 120), json(&out.join("run.json")))
     };

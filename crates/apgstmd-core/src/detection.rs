@@ -1,11 +1,13 @@
 //! What leaves the detector.
 
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::frame::Size;
+use crate::stage::background::Finding;
 
 /// One small moving target in one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
     /// Column of the target, px, pixel centres at integers.
     pub x: f32,
@@ -19,7 +21,8 @@ pub struct Detection {
     pub direction: f32,
     /// Number of the trace that links this target from frame to frame, counted from 0 since the last reset.
     pub trace: u64,
-    /// Frames in which this trace had a peak so far, this one included.
+    /// Frames in which this trace had a peak so far, this one included. Several frames that a member of a [`crate::Bank`] takes as
+    /// one count once ([`crate::Member::exposure`]).
     pub points: u32,
     /// Net displacement over path length of the trace's last points, 60 at most, relative to the background: 1 is a straight
     /// line, 0 a place returned to, or a trace that has not moved.
@@ -96,6 +99,22 @@ impl Response {
             ego_motion: EgoMotion::default(),
             cut: false,
         }
+    }
+
+    /// Nothing is seen.
+    pub(crate) fn clear(&mut self) {
+        self.map.fill(0.0);
+        self.direction.fill(f32::NAN);
+        self.detections.clear();
+    }
+
+    /// What the background did.
+    pub(crate) fn tell(&mut self, found: &Finding) {
+        let Finding { motion, residual, unexplained, cut } = *found;
+        self.background_shift = (motion.shift.0 as f32, motion.shift.1 as f32);
+        let (rotation, zoom) = (motion.rotation() as f32, motion.zoom() as f32);
+        self.ego_motion = EgoMotion { rotation, zoom, residual, unexplained };
+        self.cut = cut;
     }
 
     /// Rows and columns.

@@ -12,6 +12,7 @@ use crate::params::Params;
 use crate::plane::{Plane, padded};
 use crate::probe::Probe;
 use crate::region::{Region, RegionError};
+use crate::row::bands::Bands;
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
 use crate::stage::background::Finding;
@@ -109,16 +110,17 @@ impl Detector {
         }
         let workers = Workers::new(machine)?;
         ask_for(size, Self::needs(size, params, machine))?;
-        Ok(Self::made(size, params, machine, workers))
+        let lag = lag::measure(params, workers.simd(), 1);
+        Ok(Self::made(size, params, machine, workers, lag))
     }
 
-    /// All of it has been checked, and there is memory.
-    pub(crate) fn made(size: Size, params: &Params, machine: &Machine, workers: Workers) -> Self {
+    /// All of it has been checked, and there is memory. Detections are moved ahead by `lag`.
+    pub(crate) fn made(size: Size, params: &Params, machine: &Machine, workers: Workers, lag: f32) -> Self {
         let together = together(params, machine);
         Self {
             params: params.clone(),
             frames: 0,
-            lag: lag::measure(params, workers.simd()),
+            lag,
             tuning: (lag::tuned_speed(params) as f32, params.target_size() as f32),
             region: None,
             luminance: (0..together).map(|_| Plane::new(size)).collect(),
@@ -237,11 +239,16 @@ impl Detector {
         self.model.share();
     }
 
-    /// The next frame of a detector that shares.
-    pub(crate) fn process_seen(&mut self, p: &Plane, found: &Finding, response: &mut Response, timing: &mut Timing) {
+    /// The next frame of a detector that shares, on the threads of others.
+    pub(crate) fn process_seen(
+        &mut self,
+        bands: &Bands,
+        (p, found): (&Plane, &Finding),
+        response: &mut Response,
+        timing: &mut Timing,
+    ) {
         self.model.tell(found);
-        let (model, output) = (&mut self.model, &mut *response);
-        self.workers.run(move |bands| model.block(bands, from_ref(p), from_mut(output), Some(timing)));
+        self.model.block(bands, from_ref(p), from_mut(response), Some(timing));
         self.report(from_mut(response));
     }
 

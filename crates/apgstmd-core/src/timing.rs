@@ -113,7 +113,7 @@ impl<'a> Clock<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Bank, BankParams, Detector, Frame, Machine, Params, Size};
+    use crate::{Bank, BankParams, Detector, Frame, Machine, Member, Params, Size};
     use ndarray::Array2;
 
     fn frame(t: usize) -> Array2<u8> {
@@ -131,7 +131,14 @@ mod tests {
         }
         let tiles = |side: usize| side.div_ceil(16) as u64;
         let each = |scale: usize| tiles(size.height / scale) * tiles(size.width / scale);
-        let expected: u64 = bank.members().map(|member| 5 * each(member.scale)).sum();
+        // Of five frames: 0, 2, 4, and 1.
+        let due = |member: Member| match member.exposure() {
+            1 => 5,
+            2 => 3,
+            4 => 1,
+            other => panic!("no member takes {other} frames as one"),
+        };
+        let expected: u64 = bank.members().map(|member| due(member) * each(member.scale)).sum();
         assert_eq!(timing.total_tiles(), expected);
         assert!(timing.parts().all(|(part, spent)| spent > Duration::ZERO || part == "facilitation"), "{timing:?}");
     }

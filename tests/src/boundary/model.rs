@@ -4,10 +4,11 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use apgstmd_core::params::{BackgroundMotion, Localise, TemporalEngine};
-use apgstmd_core::state::{Array, Values};
+use apgstmd_core::state::{Array, StateError, Values};
 use apgstmd_core::tracking::{Observation, TrackPoint};
 use apgstmd_core::{
-    Detection, Detector, EgoMotion, Frame, Machine, Model, Params, Preset, Response, Size, State, Tracker,
+    Bank, BankParams, Detection, Detector, EgoMotion, Frame, Machine, Model, Params, Preset, Response, Size, State,
+    Tracker,
 };
 use arbitrary::Unstructured;
 use ndarray::Array2;
@@ -237,47 +238,99 @@ pub fn tracker(bytes: &[u8]) {
     }
 }
 
-/// A state of a detector that has seen something.
+/// A detector or a bank.
+trait Looks {
+    fn process(&mut self, frame: &Array2<u8>, response: &mut Response);
+    fn state(&mut self) -> State;
+    fn restore(&mut self, state: &State) -> Result<(), StateError>;
+    fn reset(&mut self);
+    fn frames(&self) -> u64;
+    fn response(&self) -> Response;
+}
+
+macro_rules! looks {
+    ($type:ty) => {
+        impl Looks for $type {
+            fn process(&mut self, frame: &Array2<u8>, response: &mut Response) {
+                self.process_into(frame.view(), response).expect("a frame");
+            }
+            fn state(&mut self) -> State {
+                self.state()
+            }
+            fn restore(&mut self, state: &State) -> Result<(), StateError> {
+                self.restore(state)
+            }
+            fn reset(&mut self) {
+                self.reset();
+            }
+            fn frames(&self) -> u64 {
+                self.frames()
+            }
+            fn response(&self) -> Response {
+                self.make_response()
+            }
+        }
+    };
+}
+
+looks!(Detector);
+looks!(Bank);
+
+/// A state of what has seen something.
 struct Kept {
-    detector: Detector,
+    looks: Box<dyn Looks>,
     state: State,
-    /// What a new detector makes of the first frame.
+    /// What a new one makes of the first frame.
     first: (Vec<u32>, String),
 }
 
 impl Kept {
+    const SIZE: Size = Size { height: 16, width: 24 };
+
     /// The same frames whatever the input.
     fn picture(t: usize) -> Array2<u8> {
-        frame(&mut Unstructured::new(&[200, 10]), Size::new(16, 24), t, 1.0)
+        frame(&mut Unstructured::new(&[200, 10]), Self::SIZE, t, 0.8)
     }
 
-    fn new() -> Self {
-        let params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
-        let mut detector = Detector::with_threads(Size::new(16, 24), &params, 1).expect("valid parameters");
-        let mut response = detector.make_response();
-        detector.process_into(Self::picture(0).view(), &mut response).expect("a frame");
+    fn new(mut looks: Box<dyn Looks>) -> Self {
+        let mut response = looks.response();
+        looks.process(&Self::picture(0), &mut response);
         let first = bits(&response);
         for t in 1..20 {
-            detector.process_into(Self::picture(t).view(), &mut response).expect("a frame");
+            looks.process(&Self::picture(t), &mut response);
         }
-        Self { state: detector.state(), first, detector }
+        Self { state: looks.state(), first, looks }
+    }
+
+    fn of_detector() -> Self {
+        let params = Params::preset(Preset::Practical).for_speed(1.0).expect("a valid speed");
+        Self::new(Box::new(Detector::with_threads(Self::SIZE, &params, 1).expect("valid parameters")))
+    }
+
+    /// Its members hold candidates.
+    fn of_bank() -> Self {
+        let params = BankParams::with_members(Params::preset(Preset::Practical), &[0.25, 0.5], &[5.0]);
+        Self::new(Box::new(
+            Bank::with_options(Self::SIZE, &params, &Machine::with_threads(1)).expect("valid parameters"),
+        ))
     }
 }
 
 thread_local! {
-    // Making a detector takes a hundred times as long as what is done with it here.
-    static KEPT: RefCell<Kept> = RefCell::new(Kept::new());
+    // Making one takes a hundred times as long as what is done with it here.
+    static KEPT: RefCell<[Kept; 2]> = RefCell::new([Kept::of_detector(), Kept::of_bank()]);
 }
 
 /// Any file is refused or read; a state with other arrays is refused or goes on to numbers, and one that is refused leaves
-/// the detector as it was.
+/// the detector, or bank, as it was.
 pub fn state(bytes: &[u8]) {
     let _ = State::from_bytes(bytes);
-    KEPT.with_borrow_mut(|kept| state_with(kept, &mut Unstructured::new(bytes)));
+    let which = usize::from(bytes.first().is_some_and(|byte| byte % 2 == 1));
+    KEPT.with_borrow_mut(|kept| state_with(&mut kept[which], &mut Unstructured::new(bytes)));
 }
 
 fn state_with(kept: &mut Kept, input: &mut Unstructured<'_>) {
-    let Kept { detector, state, first } = kept;
+    let Kept { looks, state, first } = kept;
     let mut arrays = state.arrays().clone();
     let mut names: Vec<String> = arrays.keys().cloned().collect();
     names.push(text_of(input.bytes(4).unwrap_or_default()).into_owned());
@@ -301,20 +354,19 @@ fn state_with(kept: &mut Kept, input: &mut Unstructured<'_>) {
         }
     }
     let changed = State::new(state.origin().clone(), arrays).expect("shapes are those of before");
-    detector.reset();
-    let mut response = detector.make_response();
+    looks.reset();
+    let mut response = looks.response();
     let file = State::from_bytes(&changed.to_bytes()).expect("what was written can be read");
-    match detector.restore(&file) {
+    match looks.restore(&file) {
         Err(error) => {
             assert!(!error.to_string().is_empty());
-            assert_eq!(detector.frames(), 0);
-            detector.process_into(Kept::picture(0).view(), &mut response).expect("a frame");
+            assert_eq!(looks.frames(), 0);
+            looks.process(&Kept::picture(0), &mut response);
             assert!(bits(&response) == *first, "a state that is refused leaves a trace: {error}");
         }
         Ok(()) => {
             for t in 20..24 {
-                let picture = frame(input, detector.size(), t, 1.0);
-                detector.process_into(picture.view(), &mut response).expect("a frame");
+                looks.process(&frame(input, Kept::SIZE, t, 0.8), &mut response);
                 is_finite(&response);
             }
         }

@@ -3,9 +3,13 @@
 //! The equivalent contrast of a detection is the geometric mean of two: of the response, (Q / Q of the ideal target at
 //! contrast 1)^(1/3), since Q is cubic in contrast, and of the spot's difference from its surround against the
 //! ideal target's. Either alone is fooled: the response by strong edges, the spot by whatever stands still.
+//!
+//! A member that takes several frames as one holds its detections until the next: they go on with their speed and with
+//! the background.
 
 use serde::{Deserialize, Serialize};
 
+use super::exposure::Exposure;
 use super::params::{BankParams, Member};
 use super::pyramid::Level;
 use super::spot::{Ideal, Profile, farthest, places};
@@ -17,8 +21,10 @@ use crate::memory::{Heap, Memory, heap};
 use crate::model::lag;
 use crate::params::Localise;
 use crate::region::{Region, RegionError};
-use crate::row::machine::{Machine, SimdLevel};
+use crate::row::bands::Bands;
+use crate::row::machine::Machine;
 use crate::row::workers::Workers;
+use crate::stage::background::Finding;
 use crate::state::{Remember, StateError, Visit};
 use crate::tiles::TILE;
 use crate::timing::Timing;
@@ -27,6 +33,11 @@ use crate::timing::Timing;
 const FORGOTTEN: u64 = 16;
 /// Points of a trace after which more of them count no more.
 const MOST_POINTS: f32 = 60.0;
+
+/// A bank takes frames one by one.
+fn together(machine: &Machine) -> Machine {
+    Machine { together: 1, ..*machine }
+}
 
 /// Size of the frames that a member sees.
 fn reduced(full: Size, member: &Member) -> Size {
@@ -47,12 +58,14 @@ pub(super) struct Known {
 heap!(Known);
 
 /// A detection of a member, on its way to be merged.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Candidate {
     /// In pixels of the full picture, with its score.
     pub found: Detection,
     /// Number of the trace in the member.
     pub trace: u64,
+    /// How it moves relative to the background, px/frame of the full picture.
+    drift: (f32, f32),
 }
 
 heap!(Candidate);
@@ -67,6 +80,9 @@ pub(super) struct Calibration {
 
 pub(super) struct Running {
     pub member: Member,
+    exposure: Exposure,
+    /// Whether the frames taken are still to be processed.
+    pub due: bool,
     detector: Detector,
     calibration: Calibration,
     ideal: Ideal,
@@ -81,22 +97,28 @@ pub(super) struct Running {
 
 impl Heap for Running {
     fn heap(&self) -> Memory {
-        self.detector.memory() + self.known.heap() + self.candidates.heap()
+        self.exposure.heap() + self.detector.memory() + self.known.heap() + self.candidates.heap()
     }
 }
 
 impl Remember for Running {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("detector", &mut self.detector)?;
-        let most = self.known.capacity();
-        let sound = |known: &Vec<Known>| {
-            known.len() <= most
+        visit.part("exposure", &mut self.exposure)?;
+        let most = (self.known.capacity(), self.candidates.capacity());
+        let sound = |(known, held): &(Vec<Known>, Vec<Candidate>)| {
+            let has = |candidate: &Candidate| known.binary_search_by_key(&candidate.trace, |known| known.trace).is_ok();
+            (known.len() <= most.0 && held.len() <= most.1)
                 && known.is_sorted_by(|a, b| a.trace < b.trace)
                 && known.iter().all(|known| known.profile.is_sound())
+                && held.iter().all(|candidate| candidate.is_sound() && has(candidate))
         };
-        if let Some(known) = visit.record("known", || self.known.clone(), sound)? {
+        let held = if self.holds() { self.candidates.clone() } else { Vec::new() };
+        if let Some((known, held)) = visit.record("known", || (self.known.clone(), held), sound)? {
             self.known.clear();
             self.known.extend(known);
+            self.candidates.clear();
+            self.candidates.extend(held);
         }
         Ok(())
     }
@@ -107,24 +129,29 @@ impl Running {
         member: Member,
         full: Size,
         bank: &BankParams,
-        simd: Option<SimdLevel>,
+        machine: &Machine,
         ideal: Ideal,
         alike: Option<Calibration>,
     ) -> Result<Self, ParamError> {
         let params = bank.of(&member)?;
         params.validate()?;
-        let machine = Machine { simd, ..Machine::with_threads(1) };
-        let mut detector = Detector::made(reduced(full, &member), &params, &machine, Workers::new(&machine)?);
+        let size = reduced(full, &member);
+        // It runs on the threads of the bank.
+        let own = Workers::new(&Machine { threads: 1, ..*machine })?;
+        let mut detector = Detector::made(size, &params, &together(machine), own, 0.0);
         detector.share();
+        let exposure = Exposure::new(size, member.exposure());
         let calibration = alike.unwrap_or_else(|| {
             let mut moved = params.clone();
             moved.detection.localise = Localise::Target;
-            let lag = lag::measure(&moved, detector.simd());
-            Calibration { response: lag::response(&params, detector.simd(), 1.0), lag }
+            let (simd, taken) = (detector.simd(), exposure.length);
+            Calibration { response: lag::response(&params, simd, 1.0, taken), lag: lag::measure(&moved, simd, taken) }
         });
         let peaks = params.detection.max_peaks as usize;
         Ok(Self {
             member,
+            exposure,
+            due: false,
             detector,
             calibration,
             ideal,
@@ -136,8 +163,8 @@ impl Running {
     }
 
     /// Bytes that it will hold at most, about.
-    pub fn needs(member: &Member, full: Size, bank: &BankParams) -> Result<usize, ParamError> {
-        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, &Machine::with_threads(1)))
+    pub fn needs(member: &Member, full: Size, bank: &BankParams, machine: &Machine) -> Result<usize, ParamError> {
+        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, &together(machine)))
     }
 
     /// Sees what can be of a target in the region.
@@ -166,23 +193,46 @@ impl Running {
     }
 
     pub fn latency(&self) -> usize {
-        self.detector.latency()
+        self.detector.latency() * self.exposure.length
+    }
+
+    /// Whether its detections and maps stand for more than one frame.
+    pub fn holds(&self) -> bool {
+        self.exposure.length > 1
     }
 
     pub fn make_response(&self) -> Response {
         self.detector.make_response()
     }
 
-    pub fn reset(&mut self) {
+    pub fn reset(&mut self, seen: &mut Response) {
+        seen.clear();
+        self.exposure.reset();
         self.detector.reset();
         self.known.clear();
         self.candidates.clear();
     }
 
-    /// Takes the next frame, and makes candidates of what it shows.
-    pub fn process(&mut self, level: &Level, seen: &mut Response) {
+    /// Takes the next frame. It is `due` where that is to be processed, else its candidates and maps go on.
+    pub fn take(&mut self, level: &Level, seen: &mut Response) {
         self.timing = Timing::default();
-        self.detector.process_seen(&level.p, level.background.found(0), seen, &mut self.timing);
+        let found = level.background.found(0);
+        self.due = self.exposure.take(&level.p, found);
+        if self.due {
+            return;
+        }
+        if found.cut {
+            self.candidates.clear();
+            seen.clear();
+        }
+        self.candidates.retain_mut(|candidate| candidate.go_on(found, self.member.scale as f32));
+    }
+
+    /// Processes what was taken, and makes candidates of what it shows.
+    pub fn process(&mut self, bands: &Bands, level: &Level, seen: &mut Response) {
+        self.due = false;
+        let taken = (self.exposure.p(&level.p), &self.exposure.found);
+        self.detector.process_seen(bands, taken, seen, &mut self.timing);
         let now = self.detector.frames();
         self.known.retain(|known| now.saturating_sub(known.last) <= FORGOTTEN);
         self.candidates.clear();
@@ -204,19 +254,25 @@ impl Running {
             let of_response = self.equivalent(found.score);
             let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
             let contrast = (of_response * of_spot).sqrt();
-            let scale = self.member.scale as f32;
-            // The centre of pixel 0 of a reduced picture lies between pixels of the full one.
-            let full = |place: f32| (place + 0.5) * scale - 0.5;
+            let (scale, speed) = (self.member.scale as f32, self.member.speed as f32);
+            let passed = self.exposure.found.motion.at((f64::from(moved.x), f64::from(moved.y)));
+            let drift = if moved.direction.is_nan() {
+                (0.0, 0.0)
+            } else {
+                let (dx, dy) = (speed * moved.direction.cos(), -speed * moved.direction.sin());
+                let share = scale / self.exposure.length as f32;
+                (dx - share * passed.0 as f32, dy - share * passed.1 as f32)
+            };
             let found = Detection {
-                x: full(moved.x),
-                y: full(moved.y),
+                x: full(moved.x, scale),
+                y: full(moved.y, scale),
                 score: contrast * evidence(&moved),
                 contrast,
-                speed: self.member.speed as f32,
+                speed,
                 size: found.size * scale,
                 ..moved
             };
-            self.candidates.push(Candidate { found, trace: found.trace });
+            self.candidates.push(Candidate { found, trace: found.trace, drift });
         }
     }
 
@@ -232,6 +288,33 @@ impl Running {
     }
 }
 
+impl Candidate {
+    /// Goes on for a frame, seen at a scale. Whether it is still in the picture.
+    fn go_on(&mut self, background: &Finding, scale: f32) -> bool {
+        let Self { found: Detection { x, y, .. }, drift, .. } = self;
+        let passed = background.motion.at((f64::from(reduced_place(*x, scale)), f64::from(reduced_place(*y, scale))));
+        *x += drift.0 + scale * passed.0 as f32;
+        *y += drift.1 + scale * passed.1 as f32;
+        let (right, below) = background.motion.middle;
+        let inside = |place: f32, middle: f64| (0.0..=2.0 * middle).contains(&f64::from(reduced_place(place, scale)));
+        inside(*x, right) && inside(*y, below)
+    }
+
+    fn is_sound(&self) -> bool {
+        let Detection { x, y, score, straightness, contrast, speed, size, .. } = self.found;
+        [x, y, score, straightness, contrast, speed, size, self.drift.0, self.drift.1].iter().all(|v| v.is_finite())
+    }
+}
+
+/// In the full picture: the centre of pixel 0 of a reduced one lies between pixels.
+fn full(place: f32, scale: f32) -> f32 {
+    (place + 0.5) * scale - 0.5
+}
+
+fn reduced_place(place: f32, scale: f32) -> f32 {
+    (place + 0.5) / scale - 0.5
+}
+
 /// What its trace says of a detection, 0 to 1: how straight it is and how long it has been seen.
 fn evidence(found: &Detection) -> f32 {
     found.straightness.powi(2) * (found.points as f32 / MOST_POINTS).min(1.0).sqrt()
@@ -241,6 +324,8 @@ fn evidence(found: &Detection) -> f32 {
 pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mut [f32], direction: &mut [f32]) {
     map.fill(0.0);
     direction.fill(f32::NAN);
+    // Nothing of most of a frame.
+    let mut shown = 0..0;
     for (running, seen) in members.iter().zip(seen) {
         let scale = running.member.scale;
         let (row, unit) = (y / scale, running.calibration.response);
@@ -249,14 +334,18 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
         }
         let (q, angle) = (seen.map.row(row), seen.direction.row(row));
         let (Some(q), Some(angle)) = (q.as_slice(), angle.as_slice()) else { continue };
-        let out = map.chunks_mut(TILE * scale).zip(direction.chunks_mut(TILE * scale));
-        for ((q, angle), (map, direction)) in q.chunks(TILE).zip(angle.chunks(TILE)).zip(out) {
-            // Most of a frame is zero.
+        for (first, q) in (0..).step_by(TILE).zip(q.chunks(TILE)) {
             if q.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
                 continue;
             }
-            let out = map.chunks_mut(scale).zip(direction.chunks_mut(scale));
-            for ((q, angle), (map, direction)) in q.iter().zip(angle).zip(out) {
+            let columns = scale * first..scale * (first + q.len());
+            shown = if shown.is_empty() {
+                columns.clone()
+            } else {
+                shown.start.min(columns.start)..shown.end.max(columns.end)
+            };
+            let out = map[columns.clone()].chunks_exact_mut(scale).zip(direction[columns].chunks_exact_mut(scale));
+            for ((q, angle), (map, direction)) in q.iter().zip(&angle[first..]).zip(out) {
                 let value = q / unit;
                 for (map, direction) in map.iter_mut().zip(direction) {
                     if value > *map {
@@ -266,7 +355,7 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
             }
         }
     }
-    for value in map.iter_mut().filter(|value| **value > 0.0) {
+    for value in map[shown].iter_mut().filter(|value| **value > 0.0) {
         *value = value.cbrt().min(1.0);
     }
 }

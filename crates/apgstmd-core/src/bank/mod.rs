@@ -5,8 +5,10 @@
 //! targets of 4 px/frame and 10 px. Their detections are put onto the spot that moves with the response ([`spot`]), made
 //! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]).
 //!
-//! State: that of the members and of the background at each scale, and what the spots of their traces looked like so far.
+//! State: that of the members and of the background at each scale, what the spots of their traces looked like so far, and maps and
+//! candidates that stand for several frames ([`exposure`]).
 
+mod exposure;
 mod file;
 mod member;
 mod merge;
@@ -24,7 +26,7 @@ use crate::region::{Region, RegionError};
 use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
-use crate::state::{Origin, Remember, State, StateError, Visit};
+use crate::state::{Angles, Origin, Remember, State, StateError, Visit};
 use crate::timing::{Clock, Part, Timing};
 use member::Running;
 use merge::Merge;
@@ -80,7 +82,14 @@ impl Remember for Bank {
         for level in &mut self.levels {
             visit.part(&format!("background{}", level.scale), &mut level.background)?;
         }
-        self.members.iter_mut().enumerate().try_for_each(|(index, member)| visit.part(&index.to_string(), member))
+        for (index, (running, seen)) in self.members.iter_mut().zip(&mut self.seen).enumerate() {
+            visit.part(&index.to_string(), running)?;
+            if running.holds() {
+                visit.part(&format!("held{index}.map"), &mut seen.map)?;
+                visit.part(&format!("held{index}.direction"), &mut Angles(&mut seen.direction))?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -111,7 +120,7 @@ impl Bank {
             return Err(ParamError::TooSmall { size, least });
         };
         let workers = Workers::new(machine)?;
-        let needs = used.iter().map(|member| Running::needs(member, size, params));
+        let needs = used.iter().map(|member| Running::needs(member, size, params, machine));
         ask_for(size, needs.sum::<Result<_, _>>()?)?;
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
         let levels: Vec<Level> = levels.map(|scale| Level::new(size, *scale, &params.base, machine.threads)).collect();
@@ -119,7 +128,7 @@ impl Bank {
         let mut members: Vec<Running> = Vec::with_capacity(used.len());
         for member in used {
             let alike = members.iter().find(|other| other.own_speed() == member.own_speed()).map(Running::calibration);
-            members.push(Running::new(member, size, params, machine.simd, ideal, alike)?);
+            members.push(Running::new(member, size, params, machine, ideal, alike)?);
         }
         let seen = members.iter().map(Running::make_response).collect();
         let candidates = members.len() * params.base.detection.max_peaks as usize;
@@ -230,9 +239,17 @@ impl Bank {
             let levels = &*levels;
             bands.each((Slice(&mut *members), Slice(&mut *seen)), |(members, seen)| {
                 for (running, seen) in members.0.iter_mut().zip(seen.0.iter_mut()) {
-                    let level = levels.iter().find(|level| level.scale == running.member.scale);
-                    running.process(level.expect("every scale up to the largest has its level"), seen);
+                    running.take(of(running, levels), seen);
                 }
+            });
+            let due = members.iter().filter(|running| running.due).count();
+            let first = members.iter_mut().zip(&mut *seen).filter(|(running, _)| running.due);
+            for (running, seen) in first.take(before_others(due, bands.threads())) {
+                running.process(bands, of(running, levels), seen);
+            }
+            bands.each((Slice(&mut *members), Slice(&mut *seen)), |(members, seen)| {
+                let rest = members.0.iter_mut().zip(seen.0.iter_mut()).filter(|(running, _)| running.due);
+                rest.for_each(|(running, seen)| running.process(&bands.alone(), of(running, levels), seen));
             });
             let (members, seen) = (&*members, &*seen);
             let Size { height, width } = levels[0].luminance.size();
@@ -252,12 +269,12 @@ impl Bank {
         merge.process(members, self.params.contrast, &mut response.detections);
         let least = self.params.base.detection.least_score as f32;
         response.detections.retain(|found| found.score >= least);
-        // All members of a scale find the same; the finest is the most exact.
-        let finest = members.iter().zip(&*seen).min_by_key(|(running, _)| running.member.scale);
-        if let Some((running, seen)) = finest {
-            let scale = running.member.scale as f32;
-            response.background_shift = (scale * seen.background_shift.0, scale * seen.background_shift.1);
-            (response.ego_motion, response.cut) = (seen.ego_motion, seen.cut);
+        // The finest that is looked at is the most exact.
+        if let Some(finest) = members.iter().min_by_key(|running| running.member.scale) {
+            response.tell(of(finest, levels).background.found(0));
+            let scale = finest.member.scale as f32;
+            response.background_shift.0 *= scale;
+            response.background_shift.1 *= scale;
         }
         self.frames += 1;
         Ok(())
@@ -313,9 +330,23 @@ impl Bank {
     pub fn reset(&mut self) {
         self.frames = 0;
         self.levels.iter_mut().for_each(|level| level.background.reset());
-        self.members.iter_mut().for_each(Running::reset);
+        self.members.iter_mut().zip(&mut self.seen).for_each(|(running, seen)| running.reset(seen));
         self.merge.reset();
     }
+}
+
+/// What a member sees.
+fn of<'a>(running: &Running, levels: &'a [Level]) -> &'a Level {
+    let level = levels.iter().find(|level| level.scale == running.member.scale);
+    level.expect("every scale up to the largest has its level")
+}
+
+/// How many of `due` members are processed one after the other by all threads before each of the others has a thread of its own:
+/// those that would leave threads idle, where they are so few that this takes less time. A member on n threads is more than
+/// sqrt(n) times as fast as on one.
+fn before_others(due: usize, threads: usize) -> usize {
+    let left = due % threads;
+    if left * left <= threads { left } else { 0 }
 }
 
 /// Speed that parameters are tuned to, px/frame.

@@ -1,5 +1,6 @@
 //! What a bank consists of.
 
+use super::exposure::{self, LONGEST};
 use super::tuned;
 use crate::error::ParamError;
 use crate::params::{Localise, Params, Preset};
@@ -29,12 +30,19 @@ impl Member {
     pub fn own_speed(&self) -> f64 {
         self.speed / self.scale as f64
     }
+
+    /// Frames that it takes as one, their mean: a power of two, 8 at most, in which its targets move by a pixel of its own
+    /// scale or less.
+    pub fn exposure(&self) -> usize {
+        exposure::length(self.own_speed())
+    }
 }
 
 /// Members of a bank and what becomes of their detections.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BankParams {
-    /// What the members have in common: each is this, tuned to its own speed.
+    /// What the members have in common: each is this, tuned to its own speed. Each follows five times `most` peaks at most, and
+    /// lets go of gains of prediction below a thousandth: scores are cube roots of responses, and others look too.
     pub base: Params,
     /// The members.
     pub members: Vec<Member>,
@@ -124,29 +132,36 @@ impl BankParams {
         Ok(())
     }
 
-    /// Parameters of a member, localising nothing.
+    /// Parameters of a member, whose frames are those that it takes as one, localising nothing.
     ///
     /// # Errors
     /// The base cannot be tuned to its speed.
     pub(super) fn of(&self, member: &Member) -> Result<Params, ParamError> {
         // From the speed that the base is tuned to, which a horizon of whole frames may have moved.
-        let own = member.own_speed() * self.base.prediction.v_opt / tuned(&self.base);
+        let own = member.own_speed() * member.exposure() as f64 * self.base.prediction.v_opt / tuned(&self.base);
         let mut params = self.base.for_speed(own).map_err(|error| match error {
             ParamError::Speed { low, high, .. } => ParamError::OutOfRange {
                 section: "bank",
                 name: "speed",
                 value: format!("{} at scale {}", member.speed, member.scale),
-                rule: format!("must lie between {low} and {high} px/frame of the reduced picture"),
+                rule: format!("must lie between {} and {high} px/frame of the reduced picture", low / LONGEST as f64),
             },
             other => other,
         })?;
         params.detection.localise = Localise::Response;
         // That is one of the bank's own scores.
         params.detection.least_score = 0.0;
+        let peaks = u32::try_from(self.most.saturating_mul(PEAKS)).unwrap_or(u32::MAX);
+        params.detection.max_peaks = params.detection.max_peaks.min(peaks);
+        params.prediction.negligible = params.prediction.negligible.max(NEGLIGIBLE);
         Ok(params)
     }
 }
 
+/// Peaks that a member follows for each detection of the bank.
+const PEAKS: usize = 5;
+/// Share of the largest gain that a member lets go.
+const NEGLIGIBLE: f64 = 1e-3;
 /// Most members of a bank.
 const MOST_MEMBERS: usize = 64;
 

@@ -24,8 +24,8 @@ const MOST_FRAMES: f64 = 4000.0;
 
 /// Mean distance from the centre of a black 5 x 5 target on white, moving at the tuned speed to the right, back to the
 /// peak of its response, px; 0 where detections are not moved, where the parameters give no response, and without
-/// directions, along which to move.
-pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
+/// directions, along which to move. Each frame is the mean of `taken` frames, the last of which counts.
+pub(crate) fn measure(params: &Params, simd: SimdLevel, taken: usize) -> f32 {
     if params.detection.localise == Localise::Response || !params.model.is_directional() {
         return 0.0;
     }
@@ -36,7 +36,7 @@ pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
     params.detection.threshold = 0.0;
     params.detection.max_peaks = 1;
     let (mut sum, mut count) = (0.0, 0.0);
-    follow(&params, simd, 1.0, filters_settle(&params), |center, response| {
+    follow(&params, simd, (1.0, taken), filters_settle(&params), |center, response| {
         if let Some(peak) = response.detections.first() {
             sum += center - f64::from(peak.x);
             count += 1.0;
@@ -46,8 +46,8 @@ pub(crate) fn measure(params: &Params, simd: SimdLevel) -> f32 {
 }
 
 /// Mean response Q to the same target, of Weber contrast `contrast`, once everything has settled, rejection, attention and
-/// prediction as in `params`; 0 where it is not detected.
-pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
+/// prediction as in `params`; 0 where it is not detected. Each frame is the mean of `taken` frames.
+pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64, taken: usize) -> f32 {
     // Of what F keeps of earlier predictions, (1 - mu) a horizon, a few thousandths are left.
     let kept = (1.0 - params.prediction.mu).clamp(0.0, 0.9);
     let horizons = if kept > 0.0 { (0.003f64.ln() / kept.ln()).ceil() + 2.0 } else { 2.0 };
@@ -58,7 +58,7 @@ pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
     let rejection = f64::from(params.motion_window().max(params.rejection.contrast_window));
     let settle = filters_settle(params) + horizons * params.horizon() as f64 + rejection;
     let (mut sum, mut count) = (0.0, 0.0);
-    follow(params, simd, contrast, settle, |_, response| {
+    follow(params, simd, (contrast, taken), settle, |_, response| {
         sum += response.detections.first().map_or(0.0, |found| f64::from(found.score));
         count += 1.0;
     });
@@ -67,7 +67,13 @@ pub(crate) fn response(params: &Params, simd: SimdLevel, contrast: f64) -> f32 {
 
 /// Shows a dark target on white that moves to the right, and tells `see` the column of its centre and what a model found
 /// over whole pixels, after `settle` frames.
-fn follow(params: &Params, simd: SimdLevel, contrast: f64, settle: f64, mut see: impl FnMut(f64, &Response)) {
+fn follow(
+    params: &Params,
+    simd: SimdLevel,
+    (contrast, taken): (f64, usize),
+    settle: f64,
+    mut see: impl FnMut(f64, &Response),
+) {
     let speed = tuned_speed(params);
     let settle = settle.ceil().min(MOST_FRAMES);
     let (size, frames) = strip(speed, settle);
@@ -76,8 +82,11 @@ fn follow(params: &Params, simd: SimdLevel, contrast: f64, settle: f64, mut see:
     let (bands, mut response) = (Bands::new(1, simd, false), Response::new(size, most));
     for t in 0..frames {
         let center = CLEAR + speed * t as f64;
+        let at = |index: usize| center - speed * index as f64 / taken as f64;
+        let mean = |x: usize| (0..taken).map(|index| covered(x as f64, at(index))).sum::<f64>() / taken as f64;
+        let across: Vec<f64> = (0..size.width).map(mean).collect();
         let frame = Array2::from_shape_fn((size.height, size.width), |(y, x)| {
-            1.0 - (contrast * covered(x as f64, center) * covered(y as f64, CLEAR)) as f32
+            1.0 - (contrast * across[x] * covered(y as f64, CLEAR)) as f32
         });
         let frame = Frame::from(frame.view());
         frame.write_luminance(&mut luminance).expect("the frame has the size of the model and luminance in [0, 1]");
@@ -172,7 +181,7 @@ mod tests {
             let response = |background| {
                 let mut params = Params::preset(Preset::Practical).for_speed(speed).unwrap();
                 params.rejection.background = background;
-                response(&params, SimdLevel::best(), 1.0)
+                response(&params, SimdLevel::best(), 1.0, 1)
             };
             let still = response(BackgroundMotion::Off);
             assert!(still > 0.0);

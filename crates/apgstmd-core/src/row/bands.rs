@@ -119,12 +119,16 @@ impl Bands {
         Self { threads, level: simd.level(), dense }
     }
 
+    /// The same on one of the threads alone.
+    pub fn alone(&self) -> Self {
+        Self { threads: 1, ..*self }
+    }
+
     /// One thread, the best instruction set.
     pub fn single() -> Self {
         Self::new(1, SimdLevel::best(), false)
     }
 
-    #[cfg(test)]
     pub fn threads(&self) -> usize {
         self.threads
     }

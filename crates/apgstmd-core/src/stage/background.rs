@@ -51,6 +51,13 @@ impl Motion {
         (u + self.stretch * u - self.turn * v, v + self.turn * u + self.stretch * v)
     }
 
+    /// Both, one after the other, about the same middle.
+    pub fn then(&self, next: &Self) -> Self {
+        let (dx, dy) = next.turned(self.shift);
+        let (zoomed, turned) = next.turned((1.0 + self.stretch, self.turn));
+        Self { shift: (next.shift.0 + dx, next.shift.1 + dy), stretch: zoomed - 1.0, turn: turned, middle: self.middle }
+    }
+
     /// Radians, counter-clockwise on the screen.
     pub fn rotation(&self) -> f64 {
         // 0 and not -0 where nothing turns.
@@ -77,6 +84,19 @@ pub(crate) struct Finding {
 impl Finding {
     pub fn nothing(size: Size) -> Self {
         Self { motion: Motion::still(size), residual: 0.0, unexplained: false, cut: false }
+    }
+
+    /// About two frames as if they were one.
+    pub fn then(&self, next: &Self) -> Self {
+        if next.cut {
+            return *next;
+        }
+        Self {
+            motion: self.motion.then(&next.motion),
+            residual: self.residual.max(next.residual),
+            unexplained: self.unexplained || next.unexplained,
+            cut: self.cut,
+        }
     }
 }
 
@@ -106,6 +126,8 @@ pub(crate) struct Background {
 }
 
 heap!(Finding);
+remember!(Motion { shift, stretch, turn });
+remember!(Finding { motion, residual, unexplained, cut });
 heap!(Background { estimator, found });
 remember!(Background { estimator });
 
@@ -193,6 +215,19 @@ impl Background {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_motion_after_the_other() {
+        let still = Motion::still(Size::new(101, 201));
+        let first = Motion { shift: (3.0, -2.0), stretch: 0.02, turn: 0.1, ..still };
+        let second = Motion { shift: (-1.0, 5.0), stretch: -0.04, turn: 0.03, ..still };
+        let both = first.then(&second);
+        for place in [(0.0, 0.0), (100.0, 50.0), (37.0, 91.0)] {
+            let (x, y) = second.carry(first.carry(place));
+            let (u, v) = both.carry(place);
+            assert!((x - u).abs() < 1e-12 && (y - v).abs() < 1e-12, "{place:?}");
+        }
+    }
 
     #[test]
     fn rotation_is_counter_clockwise_on_the_screen() {

@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::frame::Size;
 
-pub(crate) use visit::{Remember, Visit, is_count, remember};
+pub(crate) use visit::{Angles, Remember, Visit, is_count, remember};
 
 /// Version of the names and meaning of the arrays.
 pub const STATE_FORMAT: u32 = 1;

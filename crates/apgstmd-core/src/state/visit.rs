@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ndarray::Array2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -304,6 +305,31 @@ impl Remember for Buffer {
 impl<const N: usize> Remember for [Vec<f32>; N] {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         self.iter_mut().enumerate().try_for_each(|(index, part)| visit.part(&index.to_string(), part))
+    }
+}
+
+impl Remember for Array2<f32> {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let shape = [self.nrows(), self.ncols()];
+        let mut values: Vec<f32> = self.iter().copied().collect();
+        visit.values(&shape, &mut values)?;
+        self.iter_mut().zip(values).for_each(|(to, from)| *to = from);
+        Ok(())
+    }
+}
+
+/// A map of angles, NaN where there is none.
+pub(crate) struct Angles<'a>(pub &'a mut Array2<f32>);
+
+/// In a state, for NaN: no angle, and finite, as all that a state holds.
+const NO_ANGLE: f32 = 8.0;
+
+impl Remember for Angles<'_> {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let mut finite = self.0.mapv(|angle| if angle.is_nan() { NO_ANGLE } else { angle });
+        finite.show(visit)?;
+        self.0.zip_mut_with(&finite, |to, from| *to = if *from == NO_ANGLE { f32::NAN } else { *from });
+        Ok(())
     }
 }
 

@@ -1,0 +1,155 @@
+//! What a member sees of a stream: every frame, or the mean of several as one.
+//!
+//! A target of a quarter of a pixel a frame moves by a pixel from one mean of four frames to the next, and its member is a
+//! detector of 1 px/frame of these, at a quarter of the cost. What a member of slower filters would average of the noise, the mean
+//! does. Members that take 2, 4 or 8 frames as one are never due in the same frame.
+//!
+//! State: the sum of the frames taken so far, and how the background has moved meanwhile.
+
+use crate::frame::Size;
+use crate::memory::heap;
+use crate::plane::Plane;
+use crate::stage::background::Finding;
+use crate::state::{Remember, StateError, Visit};
+
+/// Most frames that are taken as one.
+pub(super) const LONGEST: usize = 8;
+
+/// Frames that are taken as one for targets of `speed` px/frame: a power of two in which they move by a pixel at most.
+pub(super) fn length(speed: f64) -> usize {
+    let mut length = 1;
+    while length < LONGEST && 2.0 * speed * length as f64 <= 1.0 {
+        length *= 2;
+    }
+    length
+}
+
+pub(super) struct Exposure {
+    pub length: usize,
+    frames: u64,
+    /// Frames in the sum.
+    taken: usize,
+    /// Of no size where every frame is seen.
+    sum: Plane,
+    /// About the frames taken, as if they were one.
+    pub found: Finding,
+    nothing: Finding,
+}
+
+heap!(Exposure { sum });
+
+impl Remember for Exposure {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        if self.length == 1 {
+            return Ok(());
+        }
+        visit.part("frames", &mut self.frames)?;
+        visit.index("taken", &mut self.taken, self.length)?;
+        visit.part("sum", &mut self.sum)?;
+        visit.part("found", &mut self.found)
+    }
+}
+
+impl Exposure {
+    pub fn new(size: Size, length: usize) -> Self {
+        let sum = Plane::new(if length == 1 { Size::new(0, 0) } else { size });
+        let nothing = Finding::nothing(size);
+        Self { length, frames: 0, taken: 0, sum, found: nothing, nothing }
+    }
+
+    /// Takes a frame, of which `found` is what the background did before it. Whether `p` and `found` are now to be seen.
+    pub fn take(&mut self, p: &Plane, found: &Finding) -> bool {
+        if self.length == 1 {
+            self.found = *found;
+            return true;
+        }
+        if self.taken == 0 || found.cut {
+            self.found = *found;
+            self.taken = 1;
+            self.sum.data_mut().copy_from_slice(p.data());
+        } else {
+            self.found = self.found.then(found);
+            self.taken += 1;
+            self.sum.data_mut().iter_mut().zip(p.data()).for_each(|(sum, p)| *sum += p);
+        }
+        let due = self.frames % self.length as u64 == self.length as u64 / 2 - 1;
+        self.frames += 1;
+        if due {
+            let share = 1.0 / self.taken as f32;
+            self.sum.data_mut().iter_mut().for_each(|sum| *sum *= share);
+            self.taken = 0;
+        }
+        due
+    }
+
+    /// P of the frames taken as one, where `p` is that of the last.
+    pub fn p<'a>(&'a self, p: &'a Plane) -> &'a Plane {
+        if self.length == 1 { p } else { &self.sum }
+    }
+
+    pub fn reset(&mut self) {
+        (self.frames, self.taken, self.found) = (0, 0, self.nothing);
+        self.sum.fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stage::background::Motion;
+
+    const SIZE: Size = Size { height: 20, width: 30 };
+
+    fn plane(value: f32) -> Plane {
+        let mut plane = Plane::new(SIZE);
+        plane.fill(value);
+        plane
+    }
+
+    fn shifted(x: f64) -> Finding {
+        let nothing = Finding::nothing(SIZE);
+        Finding { motion: Motion { shift: (x, 0.0), ..nothing.motion }, ..nothing }
+    }
+
+    #[test]
+    fn slow_targets_move_by_a_pixel_at_most() {
+        let speeds = [8.0, 1.0, 0.51, 0.5, 0.3, 0.25, 0.13, 0.125, 0.02];
+        assert_eq!(speeds.map(length), [1, 1, 1, 2, 2, 4, 4, 8, 8]);
+    }
+
+    #[test]
+    fn means_and_motions_of_the_frames_since_the_last() {
+        let mut exposure = Exposure::new(SIZE, 4);
+        let mut seen = Vec::new();
+        for t in 0..12 {
+            let p = plane(t as f32);
+            if exposure.take(&p, &shifted(f64::from(t))) {
+                seen.push((t, exposure.p(&p).row(7)[5], exposure.found.motion.shift.0));
+            }
+        }
+        assert_eq!(seen, [(1, 0.5, 1.0), (5, 3.5, 14.0), (9, 7.5, 30.0)]);
+    }
+
+    #[test]
+    fn after_a_cut_nothing_of_what_was_before() {
+        let mut exposure = Exposure::new(SIZE, 4);
+        let mut seen = Vec::new();
+        for t in 0..10 {
+            let p = plane(t as f32);
+            let found = Finding { cut: t == 4, ..shifted(f64::from(t)) };
+            if exposure.take(&p, &found) {
+                seen.push((exposure.p(&p).row(0)[0], exposure.found.cut));
+            }
+        }
+        assert_eq!(seen, [(0.5, false), (4.5, true), (7.5, false)]);
+    }
+
+    #[test]
+    fn none_are_due_together() {
+        let mut exposures = [2, 4, 8].map(|length| Exposure::new(SIZE, length));
+        let p = plane(0.5);
+        let due: Vec<usize> =
+            (0..16).map(|_| exposures.iter_mut().map(|e| usize::from(e.take(&p, &shifted(0.0)))).sum()).collect();
+        assert!(due.iter().all(|due| *due <= 1) && due.iter().sum::<usize>() == 8 + 4 + 2, "{due:?}");
+    }
+}
