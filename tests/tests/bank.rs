@@ -42,7 +42,7 @@ fn distance(found: &Detection, (x, y): (f64, f64)) -> f64 {
 /// is that. 5 %: sub-pixel places, and faint targets lose what falls below the floors of the model.
 #[test]
 fn the_score_of_the_ideal_target_is_its_contrast() {
-    for (speed, frames) in [(0.5, 240), (1.0, 150), (2.0, 110), (4.0, 100)] {
+    for (speed, frames) in [(0.25, 480), (0.5, 240), (1.0, 150), (2.0, 110), (4.0, 100)] {
         for contrast in [0.1, 0.4, 1.0] {
             let scene = crossing(5.0, speed, 1.0 - contrast, 1.0, frames);
             let found = run(&mut bank(scene.size, &[speed], &[5.0]), &scene, frames);
@@ -51,6 +51,27 @@ fn the_score_of_the_ideal_target_is_its_contrast() {
                 assert!((f64::from(value) / contrast - 1.0).abs() < 0.05, "{speed} px/frame, {contrast}: {last:?}");
             }
             assert!(last.points >= 60 && last.straightness > 0.99, "{last:?}");
+        }
+    }
+}
+
+/// Its member looks at every fourth frame.
+#[test]
+fn a_slow_target_is_there_in_every_frame() {
+    let frames = 240;
+    let scene = crossing(5.0, 0.125, 0.2, 0.8, frames);
+    let mut bank = bank(scene.size, &[0.125], &[5.0]);
+    assert_eq!(bank.members().map(|member| member.exposure()).collect::<Vec<_>>(), [4]);
+    let found = run(&mut bank, &scene, frames);
+    for t in 160..frames {
+        let [last] = found[t][..] else { panic!("frame {t}: {:?}", found[t]) };
+        let off = distance(&last, scene.targets[0].center(t));
+        assert!(off < 0.5, "frame {t}: {off} px off, {last:?}");
+        let [before] = found[t - 1][..] else { panic!("frame {}: {:?}", t - 1, found[t - 1]) };
+        assert_eq!(last.points - before.points, u32::from(t % 4 == 1), "frame {t}");
+        if t % 4 != 1 {
+            let (moved, held) = (f64::from(last.x - before.x), (last.y, last.score));
+            assert!((moved - 0.125).abs() < 0.01 && held == (before.y, before.score), "frame {t}: {last:?}");
         }
     }
 }

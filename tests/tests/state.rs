@@ -9,7 +9,7 @@ use apgstmd_core::{
     Bank, BankParams, Detector, FalseAlarms, Frame, Machine, Model, Params, Preset, Response, Size, State, StateError,
     Tracker,
 };
-use apgstmd_tests::stimulus::Scene;
+use apgstmd_tests::stimulus::{Background, Scene, Target};
 use ndarray::Array2;
 
 const SIZE: Size = Size::new(66, 67);
@@ -102,12 +102,25 @@ fn a_detector_goes_on_to_the_bit() {
 
 #[test]
 fn a_bank_goes_on_to_the_bit() {
-    let frames = frames();
-    let params = BankParams::with_members(Params::preset(Preset::Practical), &[0.5, 1.0], &[5.0, 10.0]);
+    go_on_with(&[0.5, 1.0], &frames(), &[0, 30, 40]);
+}
+
+/// Members take two, four and eight frames as one, and hold what they found between.
+#[test]
+fn a_bank_of_slow_members_goes_on_to_the_bit() {
+    let target = Target { start: (20.0, 33.0), velocity: (0.125, 0.0), size: (5.0, 5.0), luminance: 0.2 };
+    let scene = Scene { size: SIZE, background: Background::uniform(0.8), targets: vec![target] };
+    let frames: Vec<Array2<u8>> = (0..140).map(|t| scene.frame(t)).collect();
+    go_on_with(&[0.25, 0.125, 0.0625], &frames, &[3, 120, 121, 122, 123]);
+}
+
+fn go_on_with(speeds: &[f64], frames: &[Array2<u8>], stops: &[usize]) {
+    let params = BankParams::with_members(Params::preset(Preset::Practical), speeds, &[5.0, 10.0]);
     let new = || Bank::new(SIZE, &params).expect("valid parameters");
     let mut whole = new();
     let truth: Vec<_> = frames.iter().map(|frame| bits(&whole.process(frame.view()).unwrap())).collect();
-    for stop in [0, 30, 40] {
+    assert!(truth.last().is_some_and(|(_, found)| found.contains("Detection {")), "nothing is found");
+    for &stop in stops {
         let mut before = new();
         frames[..stop].iter().for_each(|frame| drop(before.process(frame.view()).unwrap()));
         let file = before.state().to_bytes();

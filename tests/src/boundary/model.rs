@@ -309,7 +309,7 @@ impl Kept {
 
     /// Its members hold candidates.
     fn of_bank() -> Self {
-        let params = BankParams::with_members(Params::preset(Preset::Practical), &[0.25, 0.5], &[5.0]);
+        let params = BankParams::with_members(Params::preset(Preset::Practical), &[0.25, 0.125], &[5.0]);
         Self::new(Box::new(
             Bank::with_options(Self::SIZE, &params, &Machine::with_threads(1)).expect("valid parameters"),
         ))

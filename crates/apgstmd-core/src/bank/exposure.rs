@@ -1,7 +1,7 @@
 //! What a member sees of a stream: every frame, or the mean of several as one.
 //!
-//! A target of a quarter of a pixel a frame moves by a pixel from one mean of four frames to the next, and its member is a
-//! detector of 1 px/frame of these, at a quarter of the cost. What a member of slower filters would average of the noise, the mean
+//! A target of a quarter of a pixel a frame moves by half a pixel from one mean of two frames to the next, and its member is a
+//! detector of 0.5 px/frame of these, at half of the cost. What a member of slower filters would average of the noise, the mean
 //! does. Members that take 2, 4 or 8 frames as one are never due in the same frame.
 //!
 //! State: the sum of the frames taken so far, and how the background has moved meanwhile.
@@ -12,13 +12,15 @@ use crate::plane::Plane;
 use crate::stage::background::Finding;
 use crate::state::{Remember, StateError, Visit};
 
+/// Farthest that a target moves from one exposure to the next, px. With a whole pixel, targets that change their speed are lost.
+const FARTHEST: f64 = 0.5;
 /// Most frames that are taken as one.
 pub(super) const LONGEST: usize = 8;
 
-/// Frames that are taken as one for targets of `speed` px/frame: a power of two in which they move by a pixel at most.
+/// Frames that are taken as one for targets of `speed` px/frame: a power of two in which they move by half a pixel at most.
 pub(super) fn length(speed: f64) -> usize {
     let mut length = 1;
-    while length < LONGEST && 2.0 * speed * length as f64 <= 1.0 {
+    while length < LONGEST && 2.0 * speed * length as f64 <= FARTHEST {
         length *= 2;
     }
     length
@@ -112,9 +114,9 @@ mod tests {
     }
 
     #[test]
-    fn slow_targets_move_by_a_pixel_at_most() {
+    fn slow_targets_move_by_half_a_pixel_at_most() {
         let speeds = [8.0, 1.0, 0.51, 0.5, 0.3, 0.25, 0.13, 0.125, 0.02];
-        assert_eq!(speeds.map(length), [1, 1, 1, 2, 2, 4, 4, 8, 8]);
+        assert_eq!(speeds.map(length), [1, 1, 1, 1, 1, 2, 2, 4, 8]);
     }
 
     #[test]

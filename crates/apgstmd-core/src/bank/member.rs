@@ -359,3 +359,23 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
         *value = value.cbrt().min(1.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stage::background::Motion;
+
+    #[test]
+    fn a_candidate_goes_on_with_the_background_until_it_leaves() {
+        let nothing = Finding::nothing(Size::new(50, 100));
+        let pan = Finding { motion: Motion { shift: (8.0, -1.0), ..nothing.motion }, ..nothing };
+        let found = Detection { x: 100.0, y: 40.0, ..Detection::default() };
+        let mut candidate = Candidate { found, trace: 0, drift: (0.25, 0.5) };
+        let mut places = Vec::new();
+        while candidate.go_on(&pan, 2.0) {
+            places.push((candidate.found.x, candidate.found.y));
+        }
+        // The reduced picture has 100 columns, the full one 200.
+        assert_eq!(places, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|t| (100.0 + 16.25 * t, 40.0 - 1.5 * t)));
+    }
+}

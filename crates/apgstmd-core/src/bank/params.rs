@@ -31,7 +31,7 @@ impl Member {
         self.speed / self.scale as f64
     }
 
-    /// Frames that it takes as one, their mean: a power of two, 8 at most, in which its targets move by a pixel of its own
+    /// Frames that it takes as one, their mean: a power of two, 8 at most, in which its targets move by half a pixel of its own
     /// scale or less.
     pub fn exposure(&self) -> usize {
         exposure::length(self.own_speed())
