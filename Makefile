@@ -102,8 +102,9 @@ boundary:
 	@BOUNDARY_CHANGES=1000 EXTREMES_EVERY=1 $(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
 	@$(CARGO) test --quiet --package apgstmd-cli --test hostile
 
-deny: ## licences, sources and bans of every Rust package, without a network
+deny: ## licences, sources and bans of every Rust package, of any system
 	@tools/tool.sh cargo-deny 0.20.2
+	@$(CARGO) fetch --locked --quiet
 	@target/tools/bin/cargo-deny --offline check licenses bans sources --hide-inclusion-graph
 
 sbom: ## CycloneDX list of every Rust package with licence and checksum, in target/sbom.json

@@ -16,6 +16,12 @@ use crate::naive::rivals::lamina_kernel;
 /// nearer to the truth than this, however small they are.
 pub const LUMINANCE_ROUNDING: f64 = 1.2e-7;
 
+/// Along rows and columns a separable kernel is a sum of as many terms as it is wide, rounded by up to half a unit in the last place
+/// each: five standard deviations of so many roundings, in units.
+fn rounded(width: f64) -> f64 {
+    5.0 * (2.0 * width / 12.0).sqrt()
+}
+
 /// What a model makes of rounding.
 pub struct Floors {
     model: Model,
@@ -50,8 +56,9 @@ impl Floors {
         let Params { prediction, lamina_inhibition, lobula, .. } = params;
         let gaussians = |radius: u32, weights: [(f64, f64); 2]| {
             let density = |x: f64, y: f64, s: f64| (-(x * x + y * y) / (2.0 * s * s)).exp() / (TAU * s * s);
-            kernel_from(radius as usize, |x, y| weights.iter().map(|(weight, s)| weight * density(x, y, *s)).sum())
-                .sum()
+            let sum =
+                kernel_from(radius as usize, |x, y| weights.iter().map(|(weight, s)| weight * density(x, y, *s)).sum());
+            rounded(2.0 * f64::from(radius) + 1.0) * sum.sum()
         };
         let (center, surround) = (lamina_inhibition.center_sigma, lamina_inhibition.surround_sigma);
         let window: f64 = (0..=prediction.horizon).map(|k| (-prediction.kappa * f64::from(k)).exp()).sum();
@@ -68,12 +75,10 @@ impl Floors {
                 ),
             directional_gain: (0..8).map(|steps| direction_weight(steps, params).abs()).sum(),
             facilitation_gain: 1.0 + prediction.beta * window,
-            // Both parts of W_a, sigma^2 and u^2 times its Gaussian, come to sqrt(2 / pi), however much of them cancels. Along rows
-            // and columns each is a sum of as many terms as the kernel is wide, rounded by up to half a unit each: five standard
-            // deviations of so many roundings.
+            // Both parts of W_a, sigma^2 and u^2 times its Gaussian, come to sqrt(2 / pi), however much of them cancels.
             attention_parts: params.attention.scales.iter().fold(1.0, |most, sigma| {
                 let width = 2.0 * (4.0 * sigma).ceil() + 1.0;
-                most.max(5.0 * 2.0 * (2.0 / PI).sqrt() * (2.0 * width / 12.0).sqrt())
+                most.max(2.0 * (2.0 / PI).sqrt() * rounded(width))
             }),
             alpha: params.attention.alpha,
             signal: 0.0,
