@@ -254,25 +254,17 @@ impl Running {
             let of_response = self.equivalent(found.score);
             let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
             let contrast = (of_response * of_spot).sqrt();
-            let (scale, speed) = (self.member.scale as f32, self.member.speed as f32);
-            let passed = self.exposure.found.motion.at((f64::from(moved.x), f64::from(moved.y)));
-            let drift = if moved.direction.is_nan() {
-                (0.0, 0.0)
-            } else {
-                let (dx, dy) = (speed * moved.direction.cos(), -speed * moved.direction.sin());
-                let share = scale / self.exposure.length as f32;
-                (dx - share * passed.0 as f32, dy - share * passed.1 as f32)
-            };
+            let scale = self.member.scale as f32;
             let found = Detection {
                 x: full(moved.x, scale),
                 y: full(moved.y, scale),
                 score: contrast * evidence(&moved),
                 contrast,
-                speed,
+                speed: self.member.speed as f32,
                 size: found.size * scale,
                 ..moved
             };
-            self.candidates.push(Candidate { found, trace: found.trace, drift });
+            self.candidates.push(Candidate { found, trace: found.trace, drift: self.drift(&moved) });
         }
     }
 
@@ -280,6 +272,17 @@ impl Running {
     pub fn known_mut(&mut self, trace: u64) -> &mut Known {
         let index = self.known.binary_search_by_key(&trace, |known| known.trace);
         &mut self.known[index.expect("every candidate's trace is known")]
+    }
+
+    /// How what is found, in pixels of its own scale, moves relative to the background, px/frame of the full picture.
+    fn drift(&self, found: &Detection) -> (f32, f32) {
+        if found.direction.is_nan() {
+            return (0.0, 0.0);
+        }
+        let (speed, share) = (self.member.speed as f32, self.member.scale as f32 / self.exposure.length as f32);
+        let passed = self.exposure.found.motion.at((f64::from(found.x), f64::from(found.y)));
+        let (dx, dy) = (speed * found.direction.cos(), -speed * found.direction.sin());
+        (dx - share * passed.0 as f32, dy - share * passed.1 as f32)
     }
 
     /// Weber contrast of the ideal target with response `q`.
