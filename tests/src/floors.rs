@@ -16,10 +16,14 @@ use crate::naive::rivals::lamina_kernel;
 /// nearer to the truth than this, however small they are.
 pub const LUMINANCE_ROUNDING: f64 = 1.2e-7;
 
-/// Along rows and columns a separable kernel is a sum of as many terms as it is wide, rounded by up to half a unit in the last place
-/// each: five standard deviations of so many roundings, in units.
-fn rounded(width: f64) -> f64 {
-    5.0 * (2.0 * width / 12.0).sqrt()
+/// A sum of so many terms is rounded by up to half a unit in the last place as often: five standard deviations of that, in units.
+fn rounded(terms: f64) -> f64 {
+    5.0 * (terms / 12.0).sqrt()
+}
+
+/// A separable kernel is a sum along rows, and one along columns.
+fn separable(width: f64) -> f64 {
+    rounded(2.0 * width)
 }
 
 /// What a model makes of rounding.
@@ -35,6 +39,8 @@ pub struct Floors {
     /// Of A, as a multiple of the rounding of luminance.
     attention_parts: f64,
     alpha: f64,
+    /// Of C, as a multiple of the rounding of luminance.
+    contrast_parts: f64,
     /// The largest floors so far of L1, of ON and OFF, of Y and of the response, which delays and low-pass filters remember.
     signal: f64,
     part: f64,
@@ -58,7 +64,7 @@ impl Floors {
             let density = |x: f64, y: f64, s: f64| (-(x * x + y * y) / (2.0 * s * s)).exp() / (TAU * s * s);
             let sum =
                 kernel_from(radius as usize, |x, y| weights.iter().map(|(weight, s)| weight * density(x, y, *s)).sum());
-            rounded(2.0 * f64::from(radius) + 1.0) * sum.sum()
+            separable(2.0 * f64::from(radius) + 1.0) * sum.sum()
         };
         let (center, surround) = (lamina_inhibition.center_sigma, lamina_inhibition.surround_sigma);
         let window: f64 = (0..=prediction.horizon).map(|k| (-prediction.kappa * f64::from(k)).exp()).sum();
@@ -78,9 +84,13 @@ impl Floors {
             // Both parts of W_a, sigma^2 and u^2 times its Gaussian, come to sqrt(2 / pi), however much of them cancels.
             attention_parts: params.attention.scales.iter().fold(1.0, |most, sigma| {
                 let width = 2.0 * (4.0 * sigma).ceil() + 1.0;
-                most.max(2.0 * (2.0 / PI).sqrt() * rounded(width))
+                most.max(2.0 * (2.0 / PI).sqrt() * separable(width))
             }),
             alpha: params.attention.alpha,
+            contrast_parts: {
+                let radius = (params.rejection.contrast_offset + 4.0 * params.rejection.contrast_sigma).ceil();
+                rounded((2.0 * radius + 1.0).powi(2))
+            },
             signal: 0.0,
             part: 0.0,
             y: 0.0,
@@ -123,11 +133,12 @@ impl Floors {
         // Predictions and low-pass filters remember earlier frames.
         self.response = self.response.max(response);
         let (remembered, gain) = (self.response, self.facilitation_gain);
-        let (delayed, slow, attention) = (self.part, self.y, self.attention_parts);
+        let (delayed, slow, attention, contrast) = (self.part, self.y, self.attention_parts, self.contrast_parts);
         let lost = self.lost * self.gains;
         self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
-            Stage::P | Stage::C => luminance,
+            Stage::P => luminance,
+            Stage::C => luminance * contrast,
             Stage::A => luminance * attention,
             Stage::Pe | Stage::L => enhanced,
             Stage::L1 | Stage::Tm3 | Stage::Tm2 | Stage::Mi1 | Stage::Tm1_4 | Stage::Tm1_5 => signal,
