@@ -6,7 +6,6 @@ use std::f64::consts::{PI, TAU};
 
 use apgstmd_core::{Model, Params, Stage};
 
-use crate::compare::RELATIVE;
 use crate::naive::Seen;
 use crate::naive::lobula::{direction_weight, lateral_kernel};
 use crate::naive::map::{Map, kernel_from, peak};
@@ -124,7 +123,7 @@ impl Floors {
         let lateral = correlation * self.lateral_gain + cancelled(Stage::D, self.lateral_parts);
         let mut response = if has(Stage::D) { lateral * self.directional_gain } else { detector };
         if has(Stage::E) {
-            let highest = self.least + response.max(RELATIVE * most(Stage::E));
+            let highest = self.least + response;
             let either = |(a, b): (&f64, &f64)| (*a == 0.0) != (*b == 0.0) && a.max(*b) <= highest;
             if seen[Stage::E].iter().zip(e).any(|(a, b)| a.iter().zip(b).any(either)) {
                 response = response.max(highest);

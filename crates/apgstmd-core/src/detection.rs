@@ -4,7 +4,6 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::frame::Size;
-use crate::stage::background::Finding;
 
 /// One small moving target in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -106,15 +105,6 @@ impl Response {
         self.map.fill(0.0);
         self.direction.fill(f32::NAN);
         self.detections.clear();
-    }
-
-    /// What the background did.
-    pub(crate) fn tell(&mut self, found: &Finding) {
-        let Finding { motion, residual, unexplained, cut } = *found;
-        self.background_shift = (motion.shift.0 as f32, motion.shift.1 as f32);
-        let (rotation, zoom) = (motion.rotation() as f32, motion.zoom() as f32);
-        self.ego_motion = EgoMotion { rotation, zoom, residual, unexplained };
-        self.cut = cut;
     }
 
     /// Rows and columns.

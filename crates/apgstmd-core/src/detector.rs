@@ -110,17 +110,16 @@ impl Detector {
         }
         let workers = Workers::new(machine)?;
         ask_for(size, Self::needs(size, params, machine))?;
-        let lag = lag::measure(params, workers.simd(), 1);
-        Ok(Self::made(size, params, machine, workers, lag))
+        Ok(Self::made(size, params, machine, workers))
     }
 
-    /// All of it has been checked, and there is memory. Detections are moved ahead by `lag`.
-    pub(crate) fn made(size: Size, params: &Params, machine: &Machine, workers: Workers, lag: f32) -> Self {
+    /// All of it has been checked, and there is memory.
+    pub(crate) fn made(size: Size, params: &Params, machine: &Machine, workers: Workers) -> Self {
         let together = together(params, machine);
         Self {
             params: params.clone(),
             frames: 0,
-            lag,
+            lag: lag::measure(params, workers.simd(), 1),
             tuning: (lag::tuned_speed(params) as f32, params.target_size() as f32),
             region: None,
             luminance: (0..together).map(|_| Plane::new(size)).collect(),

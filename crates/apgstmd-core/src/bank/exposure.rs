@@ -28,9 +28,8 @@ pub(super) fn length(speed: f64) -> usize {
 
 pub(super) struct Exposure {
     pub length: usize,
-    frames: u64,
     /// Frames in the sum.
-    taken: usize,
+    pub taken: usize,
     /// Of no size where every frame is seen.
     sum: Plane,
     /// About the frames taken, as if they were one.
@@ -45,8 +44,7 @@ impl Remember for Exposure {
         if self.length == 1 {
             return Ok(());
         }
-        visit.part("frames", &mut self.frames)?;
-        visit.index("taken", &mut self.taken, self.length)?;
+        visit.index("taken", &mut self.taken, self.length + 1)?;
         visit.part("sum", &mut self.sum)?;
         visit.part("found", &mut self.found)
     }
@@ -56,16 +54,21 @@ impl Exposure {
     pub fn new(size: Size, length: usize) -> Self {
         let sum = Plane::new(if length == 1 { Size::new(0, 0) } else { size });
         let nothing = Finding::nothing(size);
-        Self { length, frames: 0, taken: 0, sum, found: nothing, nothing }
+        Self { length, taken: 0, sum, found: nothing, nothing }
+    }
+
+    /// Whether a frame, counted from the start, ends an exposure of several.
+    fn is_last(&self, frame: u64) -> bool {
+        frame % self.length as u64 == self.length as u64 / 2 - 1
     }
 
     /// Takes a frame, of which `found` is what the background did before it. Whether `p` and `found` are now to be seen.
-    pub fn take(&mut self, p: &Plane, found: &Finding) -> bool {
+    pub fn take(&mut self, frame: u64, p: &Plane, found: &Finding) -> bool {
         if self.length == 1 {
-            self.found = *found;
+            (self.taken, self.found) = (1, *found);
             return true;
         }
-        if self.taken == 0 || found.cut {
+        if self.taken == 0 || found.cut || self.is_last(frame.wrapping_sub(1)) {
             self.found = *found;
             self.taken = 1;
             self.sum.data_mut().copy_from_slice(p.data());
@@ -74,12 +77,10 @@ impl Exposure {
             self.taken += 1;
             self.sum.data_mut().iter_mut().zip(p.data()).for_each(|(sum, p)| *sum += p);
         }
-        let due = self.frames % self.length as u64 == self.length as u64 / 2 - 1;
-        self.frames += 1;
+        let due = self.is_last(frame);
         if due {
             let share = 1.0 / self.taken as f32;
             self.sum.data_mut().iter_mut().for_each(|sum| *sum *= share);
-            self.taken = 0;
         }
         due
     }
@@ -90,7 +91,7 @@ impl Exposure {
     }
 
     pub fn reset(&mut self) {
-        (self.frames, self.taken, self.found) = (0, 0, self.nothing);
+        (self.taken, self.found) = (0, self.nothing);
         self.sum.fill(0.0);
     }
 }
@@ -125,7 +126,7 @@ mod tests {
         let mut seen = Vec::new();
         for t in 0..12 {
             let p = plane(t as f32);
-            if exposure.take(&p, &shifted(f64::from(t))) {
+            if exposure.take(t, &p, &shifted(t as f64)) {
                 seen.push((t, exposure.p(&p).row(7)[5], exposure.found.motion.shift.0));
             }
         }
@@ -138,8 +139,8 @@ mod tests {
         let mut seen = Vec::new();
         for t in 0..10 {
             let p = plane(t as f32);
-            let found = Finding { cut: t == 4, ..shifted(f64::from(t)) };
-            if exposure.take(&p, &found) {
+            let found = Finding { cut: t == 4, ..shifted(t as f64) };
+            if exposure.take(t, &p, &found) {
                 seen.push((exposure.p(&p).row(0)[0], exposure.found.cut));
             }
         }
@@ -151,7 +152,7 @@ mod tests {
         let mut exposures = [2, 4, 8].map(|length| Exposure::new(SIZE, length));
         let p = plane(0.5);
         let due: Vec<usize> =
-            (0..16).map(|_| exposures.iter_mut().map(|e| usize::from(e.take(&p, &shifted(0.0)))).sum()).collect();
+            (0..16).map(|t| exposures.iter_mut().map(|e| usize::from(e.take(t, &p, &shifted(0.0)))).sum()).collect();
         assert!(due.iter().all(|due| *due <= 1) && due.iter().sum::<usize>() == 8 + 4 + 2, "{due:?}");
     }
 }

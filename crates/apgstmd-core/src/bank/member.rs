@@ -34,11 +34,6 @@ const FORGOTTEN: u64 = 16;
 /// Points of a trace after which more of them count no more.
 const MOST_POINTS: f32 = 60.0;
 
-/// A bank takes frames one by one.
-fn together(machine: &Machine) -> Machine {
-    Machine { together: 1, ..*machine }
-}
-
 /// Size of the frames that a member sees.
 fn reduced(full: Size, member: &Member) -> Size {
     Size::new(full.height / member.scale, full.width / member.scale)
@@ -138,7 +133,7 @@ impl Running {
         let size = reduced(full, &member);
         // It runs on the threads of the bank.
         let own = Workers::new(&Machine { threads: 1, ..*machine })?;
-        let mut detector = Detector::made(size, &params, &together(machine), own, 0.0);
+        let mut detector = Detector::made(size, &params, machine, own);
         detector.share();
         let exposure = Exposure::new(size, member.exposure());
         let calibration = alike.unwrap_or_else(|| {
@@ -164,7 +159,7 @@ impl Running {
 
     /// Bytes that it will hold at most, about.
     pub fn needs(member: &Member, full: Size, bank: &BankParams, machine: &Machine) -> Result<usize, ParamError> {
-        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, &together(machine)))
+        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, machine))
     }
 
     /// Sees what can be of a target in the region.
@@ -213,11 +208,11 @@ impl Running {
         self.candidates.clear();
     }
 
-    /// Takes the next frame. It is `due` where that is to be processed, else its candidates and maps go on.
-    pub fn take(&mut self, level: &Level, seen: &mut Response) {
+    /// Takes frame `frame` since the start. It is `due` where that is to be processed, else its candidates and maps go on.
+    pub fn take(&mut self, frame: u64, level: &Level, seen: &mut Response) {
         self.timing = Timing::default();
         let found = level.background.found(0);
-        self.due = self.exposure.take(&level.p, found);
+        self.due = self.exposure.take(frame, &level.p, found);
         if self.due {
             return;
         }
@@ -279,7 +274,7 @@ impl Running {
         if found.direction.is_nan() {
             return (0.0, 0.0);
         }
-        let (speed, share) = (self.member.speed as f32, self.member.scale as f32 / self.exposure.length as f32);
+        let (speed, share) = (self.member.speed as f32, self.member.scale as f32 / self.exposure.taken as f32);
         let passed = self.exposure.found.motion.at((f64::from(found.x), f64::from(found.y)));
         let (dx, dy) = (speed * found.direction.cos(), -speed * found.direction.sin());
         (dx - share * passed.0 as f32, dy - share * passed.1 as f32)

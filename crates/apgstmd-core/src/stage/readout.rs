@@ -4,7 +4,7 @@
 //! in which nothing was kept cost one look.
 
 use crate::DIRECTIONS;
-use crate::detection::{Detection, Response};
+use crate::detection::{Detection, EgoMotion, Response};
 use crate::direction::of_vector_sum;
 use crate::filter::peaks::Peak;
 use crate::frame::Size;
@@ -12,6 +12,7 @@ use crate::memory::heap;
 use crate::plane::{Plane, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::mix::summarise;
+use crate::stage::background::Finding;
 use crate::stage::rejection::Rejection;
 
 /// Maps and detections of a model without prediction.
@@ -64,9 +65,18 @@ impl Readout {
     }
 }
 
+/// What the background did.
+pub(crate) fn tell(found: &Finding, response: &mut Response) {
+    let Finding { motion, residual, unexplained, cut } = *found;
+    response.background_shift = (motion.shift.0 as f32, motion.shift.1 as f32);
+    let (rotation, zoom) = (motion.rotation() as f32, motion.zoom() as f32);
+    response.ego_motion = EgoMotion { rotation, zoom, residual, unexplained };
+    response.cut = cut;
+}
+
 /// Detections: the confirmed peaks, strongest response first. `q` is the response at a peak.
 pub(crate) fn report<const N: usize>(rejection: &Rejection<N>, q: impl Fn(&Peak) -> [f32; N], response: &mut Response) {
-    response.tell(rejection.background());
+    tell(rejection.background(), response);
     response.detections.clear();
     response.detections.extend(rejection.confirmed.iter().map(|(peak, evidence)| {
         let q = q(peak);
