@@ -215,7 +215,8 @@ impl Bank {
 
     /// Takes the next frame and writes what it shows into `response`. Allocates nothing.
     ///
-    /// The map holds equivalent contrasts, the largest over the members; scores are described at
+    /// The map holds equivalent contrasts, the largest over the members, each of the last frame that it looked at
+    /// ([`Member::exposure`]); scores are described at
     /// [`crate::Detection::score`].
     ///
     /// # Errors

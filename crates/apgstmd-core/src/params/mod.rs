@@ -294,7 +294,8 @@ stage_params! {
         beta: f64 = 1.0, Between(0.0, 100.0);
         /// kappa: how much less recent predictions weigh, 1/frame.
         kappa: f64 = 0.02, Between(0.0, 10.0);
-        /// Gains below this share of the largest M become zero, so that predictions do not spread over the whole picture.
+        /// Gains below this share of the largest M become zero, so that predictions do not spread over the whole picture; in a
+        /// bank at least 0.001.
         negligible: f64 = 1e-5, Between(0.0, 0.01);
     }
 }
@@ -306,7 +307,7 @@ stage_params! {
         threshold: f64 = 0.0, Between(0.0, 1e6);
         /// Least score of a detection: the response Q at its peak; behind a bank 0 to 1, as its scores are.
         least_score: f64 = 0.0, Between(0.0, 1e12);
-        /// Most peaks that are followed in one frame, strongest first.
+        /// Most peaks that are followed in one frame, strongest first; in a bank five times `most` of [bank] at most.
         max_peaks: u32 = 100, Between(1, 10_000);
         /// A peak is the maximum of its (2 radius + 1) squared neighbourhood, px.
         peak_radius: u32 = 5, Between(1, 64);
