@@ -6,7 +6,7 @@
 
 Two things matter, and both are in `spread` below:
 - A camera of 14 bits uses a few hundred counts of its 16384 for one scene. On the full scale a target of 60 counts has a
-  contrast of 0.004, and a bank lists nothing below 0.01. So counts are spread: by one range for the whole clip, never by
+  contrast of 0.004, at the end of what a bank lists (0.003). So counts are spread: by one range for the whole clip, never by
   one a frame, which would flicker as an automatic gain does.
 - The model answers best to dark targets. Where targets are warm and bright, the picture is turned into its negative.
 """

@@ -22,7 +22,7 @@ class Bank(Stream):
     speeds : px/frame that the members are tuned to; 0.25, 0.5, 1, 2, 4, 8 by default.
     sizes : px; a member of 5 sees targets of 3 to 6 px, one of 10 or 20 as many times more in a reduced frame. By default 5,
         10 and 20, with `speeds` 5.
-    contrast : least contrast of a detection, 0 to 1, 0.01 by default.
+    contrast : least contrast of a detection, 0 to 1, 0.003 by default.
     threads : 1 to 256, all cores by default: members run beside each other. The numbers do not depend on it.
     bit_depth : significant bits of integer frames, 1 to 16, when they are fewer than the type holds (10, 12, 14).
     model, preset, rejection, threshold, params, **parameters : what the members have in common, as in `Detector`. A

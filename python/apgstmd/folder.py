@@ -72,7 +72,7 @@ def run(input: Input, **options: Unpack[RunOptions]) -> Run:
     out : folder for detections.csv, tracks.csv, run.json and what else is asked for; without it nothing is kept on disk.
     speed : px/frame; or as text "40px/s", or "auto": a bank of detectors, the default where nothing else of the model is said.
     speeds, sizes : those of the bank, px/frame and px: 0.25 to 8 and 5, 10, 20 by default.
-    contrast : the least of the bank's detections, 0 to 1, 0.01 by default.
+    contrast : the least of the bank's detections, 0 to 1, 0.003 by default.
     false_alarms : list so many a frame, 0.001 to 10: the least score is set by the clip itself, as it passes; "off" lists all
         that is found. 2 by default of a bank, "off" of a single detector. `tune` sets it by a clip without targets instead.
     model, preset, rejection, localise, threshold, params, **parameters : the model, as in `Detector`.

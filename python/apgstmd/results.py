@@ -86,10 +86,10 @@ class Detections(Table):
 class BankDetection(NamedTuple):
     """One small moving target in one frame, as a bank sees it.
 
-    As `Detection`, but score lies between 0 and 1 and is comparable between members, clips and settings: contrast x
-    straightness^2 x sqrt(points / 60, at most 1), by what its trace has shown so far. speed in px/frame and size in px are
-    those that the best member is tuned to; contrast is that of a black 5 x 5 target on white that looks and responds as
-    strongly.
+    As `Detection`, but score lies between 0 and 1 and is comparable between members, clips and settings: contrast,
+    weighed by how straight and how far its trace has come, how long it has been seen, and how often others were found in its
+    place. speed in px/frame and size in px are those that the best member is tuned to; contrast is that of a black 5 x 5
+    target on white that looks and responds as strongly.
     """
 
     x: float
@@ -291,7 +291,7 @@ class EgoMotion(NamedTuple):
 
     It turned about the middle of the picture by rotation, radians, counter-clockwise on the screen, and grew by the
     factor zoom; residual is what the motion leaves of the change from frame to frame: 1.5 times the median absolute
-    residual, luminance. unexplained: the picture tells of no motion, and none is assumed.
+    residual, luminance, steep places counting more. unexplained: the picture tells of no motion, and none is assumed.
     """
 
     rotation: float

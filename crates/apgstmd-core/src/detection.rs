@@ -4,6 +4,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::frame::Size;
+use crate::memory::heap;
 
 /// One small moving target in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -13,7 +14,7 @@ pub struct Detection {
     /// Row of the target, px, downward.
     pub y: f32,
     /// Response Q at the peak: comparable between frames and clips of one parameter set. From a [`crate::Bank`] 0..1:
-    /// contrast x straightness^2 x sqrt(points / 60, at most 1), comparable between members, clips and settings.
+    /// equivalent contrast, weighed by what its trace and its place have shown so far: see [`crate::Bank`].
     pub score: f32,
     /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up. NaN where the
     /// model has no directions.
@@ -26,6 +27,10 @@ pub struct Detection {
     /// Net displacement over path length of the trace's last points, 60 at most, relative to the background: 1 is a straight
     /// line, 0 a place returned to, or a trace that has not moved.
     pub straightness: f32,
+    /// That net displacement, px.
+    pub displacement: f32,
+    /// Length of the background's path at the trace meanwhile, px.
+    pub passed: f32,
     /// Equivalent contrast: Weber contrast of a black 5 x 5 target on white that looks and responds as strongly, 0..1. Known
     /// to a [`crate::Bank`]; 0 from a detector alone.
     pub contrast: f32,
@@ -34,6 +39,8 @@ pub struct Detection {
     /// Side of the targets that what saw it is tuned to, px.
     pub size: f32,
 }
+
+heap!(Detection);
 
 impl Detection {
     /// Moves it along its direction, where it has one.
@@ -73,7 +80,7 @@ pub struct EgoMotion {
     /// Factor: above 1 things become larger.
     pub zoom: f32,
     /// Robust scale of what the motion leaves of the change from frame to frame: 1.5 times the median absolute residual,
-    /// luminance. 0 where nothing was compared.
+    /// luminance, steep places counting more. 0 where nothing was compared.
     pub residual: f32,
     /// The picture tells of no motion (no structure, nothing that fits, more than the estimate can follow), and none is
     /// assumed.

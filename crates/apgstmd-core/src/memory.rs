@@ -1,5 +1,6 @@
 //! How much memory a detector holds, counted by what it owns.
 
+use std::collections::VecDeque;
 use std::hint::black_box;
 use std::ops::Add;
 
@@ -44,6 +45,12 @@ pub(crate) fn owned(bytes: usize) -> Memory {
 }
 
 impl<T: Heap> Heap for Vec<T> {
+    fn heap(&self) -> Memory {
+        self.iter().map(Heap::heap).fold(owned(self.capacity() * size_of::<T>()), Add::add)
+    }
+}
+
+impl<T: Heap> Heap for VecDeque<T> {
     fn heap(&self) -> Memory {
         self.iter().map(Heap::heap).fold(owned(self.capacity() * size_of::<T>()), Add::add)
     }

@@ -43,7 +43,7 @@ pub fn middle((height, width): (usize, usize)) -> (f64, f64) {
 pub struct Found {
     /// Since the last frame.
     pub motion: Motion,
-    /// 1.5 times the median absolute residual.
+    /// 1.5 times the steep median absolute residual.
     pub residual: f64,
     /// No motion was found.
     pub unexplained: bool,
@@ -123,14 +123,17 @@ impl Background {
         }
         self.coarse = None;
         let found = coarsest.descend(&small_last, &small_now, start, 8, 2e-2);
-        let left = median_of(&coarsest.residuals(&small_last, &small_now, &found.unwrap_or(begin)));
-        let large = left > 0.5 * spread;
-        if large && left > 0.01 && self.usual.is_some_and(|usual| left > 4.0 * usual) {
+        let residuals = coarsest.residuals(&small_last, &small_now, &found.unwrap_or(begin));
+        let left = median_of(&residuals);
+        if left > 0.5 * spread && left > 0.01 && self.usual.is_some_and(|usual| left > 4.0 * usual) {
             self.usual = None;
             return Found { cut: true, ..NOTHING };
         }
         self.usual = Some(self.usual.map_or(left, |usual| 0.9 * usual + 0.1 * left));
-        let mut found = found.filter(|_| !large);
+        let from_dark: Vec<Option<f64>> =
+            coarsest.samples(small_last.dim()).iter().map(|&place| Some(small_last[place] - dark)).collect();
+        let steep = |values: &[Option<f64>]| coarsest.steep_median(&small_last, values);
+        let mut found = found.filter(|_| steep(&residuals) <= 0.5 * steep(&from_dark));
         self.coarse = found.map(|guess| guess.motion);
 
         // Finer and finer.
@@ -155,9 +158,9 @@ impl Background {
             });
             if k == 0 {
                 let none = Guess { motion: Motion::NONE, step: found.map_or(begin.step, |guess| guess.step) };
-                let still = median_of(&level.residuals(&last, &now, &none));
+                let still = level.steep_median(&last, &level.residuals(&last, &now, &none));
                 if let Some(guess) = found.filter(|_| level.has_structure(&last)) {
-                    let left = median_of(&level.residuals(&last, &now, &guess));
+                    let left = level.steep_median(&last, &level.residuals(&last, &now, &guess));
                     if left <= 1.05 * still || 1.5 * left <= 1e-6 {
                         return Found { motion: guess.motion, residual: (1.5 * left).max(1e-6), ..NOTHING };
                     }
@@ -187,14 +190,43 @@ impl Level {
         samples
     }
 
-    /// At a twentieth of the samples or more.
-    fn has_structure(&self, last: &Map) -> bool {
-        let samples = self.samples(last.dim());
-        let steep = |&&(y, x): &&(usize, usize)| {
+    /// |g_x| + |g_y| at the samples.
+    fn steepness(&self, last: &Map) -> Vec<f64> {
+        let steep = |&(y, x): &(usize, usize)| {
             let (gx, gy) = (last[[y, x + 1]] - last[[y, x - 1]], last[[y + 1, x]] - last[[y - 1, x]]);
-            (gx.abs() + gy.abs()) / 2.0 > 1.0 / 1024.0
+            (gx.abs() + gy.abs()) / 2.0
         };
-        20 * samples.iter().filter(steep).count() >= samples.len()
+        self.samples(last.dim()).iter().map(steep).collect()
+    }
+
+    /// At a fifth of the samples or more, or at a fiftieth and in half of the columns.
+    fn has_structure(&self, last: &Map) -> bool {
+        let steep: Vec<bool> = self.steepness(last).iter().map(|g| *g > 1.0 / 1024.0).collect();
+        let mut columns: Vec<usize> = self.samples(last.dim()).iter().map(|(_, x)| *x).collect();
+        let mut with: Vec<usize> = columns.iter().zip(&steep).filter(|(_, steep)| **steep).map(|(x, _)| *x).collect();
+        let many = with.len();
+        for list in [&mut columns, &mut with] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        5 * many >= steep.len() || (50 * many >= steep.len() && 2 * with.len() >= columns.len())
+    }
+
+    /// The least |r| that has half of the steepness at or below it, and more.
+    fn steep_median(&self, last: &Map, residuals: &[Option<f64>]) -> f64 {
+        let steepness = self.steepness(last);
+        let mut weighed: Vec<(f64, f64)> =
+            residuals.iter().zip(steepness).filter_map(|(r, g)| Some((r.as_ref()?.abs(), g))).collect();
+        weighed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = weighed.iter().map(|(_, g)| g).sum::<f64>() / 2.0;
+        let mut below = 0.0;
+        for (r, g) in weighed {
+            below += g;
+            if below > half {
+                return r;
+            }
+        }
+        0.0
     }
 
     /// P_t(x + m(x)) - P_{t-1}(x) - step; none where x + m(x) is outside.
@@ -219,7 +251,7 @@ impl Level {
             if 2 * r.iter().flatten().count() < r.len() {
                 return None;
             }
-            let scale = (1.5 * median_of(&r)).max(1e-6);
+            let scale = (1.5 * self.steep_median(last, &r)).max(1e-6);
             let (mut a, mut b) = ([[0.0; 5]; 5], [0.0; 5]);
             for (&(y, x), r) in self.samples(now.dim()).iter().zip(&r) {
                 let Some(r) = *r else { continue };

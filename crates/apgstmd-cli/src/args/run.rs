@@ -41,7 +41,7 @@ pub struct BankArgs {
     #[arg(long, alias = "size", value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
     pub sizes: Vec<f64>,
     /// Least contrast of a bank's detections, 0 to 1: that of a black 5 x 5 target on white that looks as strong
-    /// [default: 0.01]
+    /// [default: 0.003]
     #[arg(long, value_name = "C", allow_negative_numbers = true)]
     pub contrast: Option<f32>,
 }

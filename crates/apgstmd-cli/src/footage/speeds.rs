@@ -16,7 +16,7 @@ pub struct Tuned {
 }
 
 /// Detections of a bank below this score are mostly clutter.
-const CLUTTER: f32 = 0.02;
+const CLUTTER: f32 = 0.01;
 /// Detections and points of tracks that must have been seen.
 const FEWEST: usize = 20;
 /// Share of all scores that the detector at the end of the bank must have won.

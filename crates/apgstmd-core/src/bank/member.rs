@@ -33,6 +33,10 @@ use crate::timing::Timing;
 const FORGOTTEN: u64 = 16;
 /// Points of a trace after which more of them count no more.
 const MOST_POINTS: f32 = 60.0;
+/// Net displacement after which more of it counts no more, px of the full picture: branches that sway come less far.
+const FAR: f32 = 20.0;
+/// It should be this share of the path of the background.
+const BESIDE: f32 = 0.5;
 
 /// Size of the frames that a member sees.
 fn reduced(full: Size, member: &Member) -> Size {
@@ -211,7 +215,7 @@ impl Running {
     /// Takes frame `frame` since the start. It is `due` where that is to be processed, else its candidates and maps go on.
     pub fn take(&mut self, frame: u64, level: &Level, seen: &mut Response) {
         self.timing = Timing::default();
-        let found = level.background.found(0);
+        let found = &level.found;
         self.due = self.exposure.take(frame, &level.p, found);
         if self.due {
             return;
@@ -250,15 +254,17 @@ impl Running {
             let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
             let contrast = (of_response * of_spot).sqrt();
             let scale = self.member.scale as f32;
-            let found = Detection {
+            let mut found = Detection {
                 x: full(moved.x, scale),
                 y: full(moved.y, scale),
-                score: contrast * evidence(&moved),
+                displacement: found.displacement * scale,
+                passed: found.passed * scale,
                 contrast,
                 speed: self.member.speed as f32,
                 size: found.size * scale,
                 ..moved
             };
+            found.score = contrast * evidence(&found);
             self.candidates.push(Candidate { found, trace: found.trace, drift: self.drift(&moved) });
         }
     }
@@ -299,8 +305,10 @@ impl Candidate {
     }
 
     fn is_sound(&self) -> bool {
-        let Detection { x, y, score, straightness, contrast, speed, size, .. } = self.found;
-        [x, y, score, straightness, contrast, speed, size, self.drift.0, self.drift.1].iter().all(|v| v.is_finite())
+        let Detection { x, y, score, straightness, displacement, passed, contrast, speed, size, .. } = self.found;
+        let (right, down) = self.drift;
+        let all = [x, y, score, straightness, displacement, passed, contrast, speed, size, right, down];
+        all.iter().all(|value| value.is_finite())
     }
 }
 
@@ -313,9 +321,12 @@ fn reduced_place(place: f32, scale: f32) -> f32 {
     (place + 0.5) / scale - 0.5
 }
 
-/// What its trace says of a detection, 0 to 1: how straight it is and how long it has been seen.
+/// What its trace says of a detection, 0 to 1: how straight it is, how long it has been seen, and how far it has come, in all and
+/// beside the background: what a pan carries along comes less far than that.
 fn evidence(found: &Detection) -> f32 {
-    found.straightness.powi(2) * (found.points as f32 / MOST_POINTS).min(1.0).sqrt()
+    let seen = (found.points as f32 / MOST_POINTS).min(1.0) * (found.displacement / FAR).min(1.0);
+    let beside = if found.passed > 0.0 { (found.displacement / (BESIDE * found.passed)).min(1.0) } else { 1.0 };
+    found.straightness.powi(2) * seen.sqrt() * beside
 }
 
 /// A row of the bank's maps: the largest equivalent contrast over the members, and the direction there.
@@ -362,6 +373,19 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
 mod tests {
     use super::*;
     use crate::stage::background::Motion;
+
+    #[test]
+    fn what_a_trace_says() {
+        let complete =
+            Detection { straightness: 1.0, points: 60, displacement: 20.0, passed: 40.0, ..Detection::default() };
+        assert_eq!(evidence(&complete), 1.0);
+        assert_eq!(evidence(&Detection { straightness: 0.5, ..complete }), 0.25);
+        assert_eq!(evidence(&Detection { points: 15, ..complete }), 0.5);
+        assert_eq!(evidence(&Detection { displacement: 5.0, passed: 0.0, ..complete }), 0.5);
+        // A pan carried it along.
+        assert_eq!(evidence(&Detection { displacement: 20.0, passed: 160.0, ..complete }), 0.25);
+        assert_eq!(evidence(&Detection { displacement: 0.0, passed: 0.0, ..complete }), 0.0);
+    }
 
     #[test]
     fn a_candidate_goes_on_with_the_background_until_it_leaves() {

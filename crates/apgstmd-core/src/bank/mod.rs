@@ -3,11 +3,13 @@
 //! The members of a scale see the frame reduced by it, by area averaging, and share what the retina makes of it and the
 //! background's motion: a member of 2 px/frame and 5 px at scale 2 sees
 //! targets of 4 px/frame and 10 px. Their detections are put onto the spot that moves with the response ([`spot`]), made
-//! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]).
+//! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]), which counts less
+//! where others were found before ([`clutter`]).
 //!
-//! State: that of the members and of the background at each scale, what the spots of their traces looked like so far, and maps and
-//! candidates that stand for several frames ([`exposure`]).
+//! State: that of the members and of the background, what the spots of their traces looked like so far, maps and
+//! candidates that stand for several frames ([`exposure`]), and where something was found.
 
+mod clutter;
 mod exposure;
 mod file;
 mod member;
@@ -26,6 +28,7 @@ use crate::region::{Region, RegionError};
 use crate::row::bands::{Rows, Slice};
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::stage::background::{Background, Finding};
 use crate::stage::readout;
 use crate::state::{Angles, Origin, Remember, State, StateError, Visit};
 use crate::timing::{Clock, Part, Timing};
@@ -37,6 +40,16 @@ use spot::Ideal;
 pub use params::{BankParams, Member, SCALES};
 
 /// Finds small moving targets of unknown speed and size.
+///
+/// Scores are comparable between members, clips and settings, 0 to 1: the equivalent contrast, times
+/// - straightness^2 x sqrt(points / 60) of the trace,
+/// - sqrt(displacement / 20 px): what sways comes less far,
+/// - displacement / (passed / 2): what a pan carries along is not left behind by the background,
+/// - s / (s + 20 c), of the score s so far and the clutter c at the place: the mean over the last 300 frames of the scores of other
+///   numbers found there, each times a Gaussian of its distance (5 px),
+/// - 0.3 for what lies within 30 px of something with more than twice its score, of which it may be an echo;
+///
+/// each of these 1 at most.
 ///
 /// Everything is allocated by `new`; [`Bank::process_into`] allocates nothing. Members run beside each other, one thread
 /// a member; the numbers do not depend on the number of threads.
@@ -64,6 +77,9 @@ pub struct Bank {
     /// Where targets are reported, if not anywhere.
     region: Option<Region>,
     levels: Vec<Level>,
+    /// The background of the finest level that is looked at, which is the most exact.
+    background: Background,
+    finest: usize,
     members: Vec<Running>,
     /// What the members saw.
     seen: Vec<Response>,
@@ -80,9 +96,7 @@ impl Remember for Bank {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("processed", &mut self.frames)?;
         visit.part("merge", &mut self.merge)?;
-        for level in &mut self.levels {
-            visit.part(&format!("background{}", level.scale), &mut level.background)?;
-        }
+        visit.part("background", &mut self.background)?;
         for (index, (running, seen)) in self.members.iter_mut().zip(&mut self.seen).enumerate() {
             visit.part(&index.to_string(), running)?;
             if running.holds() {
@@ -127,6 +141,9 @@ impl Bank {
         ask_for(size, needs.sum::<Result<_, _>>()?)?;
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
         let levels: Vec<Level> = levels.map(|scale| Level::new(size, *scale, &params.base, machine.threads)).collect();
+        let finest = used.iter().map(|member| member.scale).min().unwrap_or(1);
+        let finest = levels.iter().position(|level| level.scale == finest).expect("every scale has its level");
+        let background = Background::new(levels[finest].luminance.size(), &params.base, 1);
         let ideal = Ideal::new(&params.base.retina);
         let mut members: Vec<Running> = Vec::with_capacity(used.len());
         for member in used {
@@ -141,6 +158,8 @@ impl Bank {
             frames: 0,
             region: None,
             levels,
+            background,
+            finest,
             members,
             seen,
             merge,
@@ -189,7 +208,7 @@ impl Bank {
 
     /// The memory it holds, as [`crate::Detector::memory`] counts it.
     pub fn memory(&self) -> Memory {
-        self.levels.heap() + self.members.heap() + self.merge.heap()
+        self.levels.heap() + self.background.heap() + self.members.heap() + self.merge.heap()
     }
 
     /// Frames processed since construction or the last reset.
@@ -226,7 +245,7 @@ impl Bank {
             return Err(FrameError::Output { given: response.size(), expected: self.size() });
         }
         frame.into().write_luminance(&mut self.levels[0].luminance)?;
-        let Self { levels, members, seen, workers, merge, timing, .. } = self;
+        let Self { levels, background, finest, members, seen, workers, merge, timing, .. } = self;
         let output = &mut *response;
         *timing = Timing::default();
         let frame = self.frames;
@@ -237,9 +256,13 @@ impl Bank {
                 level[0].process(bands, finer.last());
             }
             clock.lap(Part::Retina);
-            bands.each((Slice(&mut *levels), ()), |(levels, ())| {
-                levels.0.iter_mut().for_each(|level| level.follow(bands));
-            });
+            let Level { p, scale, .. } = &levels[*finest];
+            background.look(bands.level(), p, 0);
+            background.follow(bands.level(), p, 0);
+            let (found, scale) = (*background.found(0), *scale as f64);
+            for level in &mut *levels {
+                level.found = Finding { motion: found.motion.enlarged(scale / level.scale as f64), ..found };
+            }
             clock.lap(Part::Rejection);
             let levels = &*levels;
             bands.each((Slice(&mut *members), Slice(&mut *seen)), |(members, seen)| {
@@ -271,16 +294,11 @@ impl Bank {
         if let Some(region) = &self.region {
             members.iter_mut().for_each(|running| running.report_in(region));
         }
-        merge.process(members, self.params.contrast, &mut response.detections);
+        let found = &levels[0].found;
+        merge.process(members, self.params.contrast, found, &mut response.detections);
         let least = self.params.base.detection.least_score as f32;
         response.detections.retain(|found| found.score >= least);
-        // The finest that is looked at is the most exact.
-        if let Some(finest) = members.iter().min_by_key(|running| running.member.scale) {
-            readout::tell(of(finest, levels).background.found(0), response);
-            let scale = finest.member.scale as f32;
-            response.background_shift.0 *= scale;
-            response.background_shift.1 *= scale;
-        }
+        readout::tell(found, response);
         self.frames += 1;
         Ok(())
     }
@@ -334,7 +352,7 @@ impl Bank {
     /// Forgets everything seen: the next frame is a first frame.
     pub fn reset(&mut self) {
         self.frames = 0;
-        self.levels.iter_mut().for_each(|level| level.background.reset());
+        self.background.reset();
         self.members.iter_mut().zip(&mut self.seen).for_each(|(running, seen)| running.reset(seen));
         self.merge.reset();
     }

@@ -88,7 +88,7 @@ impl BankParams {
                 members.push(member);
             }
         }
-        Self { base, members, contrast: 0.01, most: 20 }
+        Self { base, members, contrast: 0.003, most: 20 }
     }
 
     /// The default bank where neither is given, else a member for each speed (by default those of the default bank) and size

@@ -1,31 +1,32 @@
 //! A level of the picture pyramid: luminance reduced by area averaging, and what its members share: P of it, and the
-//! background's motion.
+//! background's motion in its pixels.
 
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
-use crate::stage::background::Background;
+use crate::stage::background::Finding;
 use crate::stage::retina::Retina;
 
 pub(super) struct Level {
     pub scale: usize,
     pub luminance: Plane,
     pub p: Plane,
-    pub background: Background,
+    /// About the background, by the finest level that is looked at.
+    pub found: Finding,
     retina: Retina,
 }
 
-heap!(Level { luminance, p, background, retina });
+heap!(Level { luminance, p, retina });
 
 impl Level {
     /// Rows and columns left over at the end of a frame are not seen.
     pub fn new(size: Size, scale: usize, params: &Params, threads: usize) -> Self {
         let size = Size::new(size.height / scale, size.width / scale);
         let plane = || Plane::new(size);
-        let background = Background::new(size, params, 1);
-        Self { scale, luminance: plane(), p: plane(), background, retina: Retina::new(&params.retina, threads) }
+        let retina = Retina::new(&params.retina, threads);
+        Self { scale, luminance: plane(), p: plane(), found: Finding::nothing(size), retina }
     }
 
     /// Reduces the next finer level by two, and blurs. The finest has its luminance already.
@@ -43,12 +44,6 @@ impl Level {
             });
         }
         retina.process(bands, luminance, p);
-    }
-
-    /// Finds the background's motion on one thread.
-    pub fn follow(&mut self, bands: &Bands) {
-        self.background.look(bands.level(), &self.p, 0);
-        self.background.follow(bands.level(), &self.p, 0);
     }
 }
 

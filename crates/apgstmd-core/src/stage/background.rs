@@ -58,6 +58,13 @@ impl Motion {
         Self { shift: (next.shift.0 + dx, next.shift.1 + dy), stretch: zoomed - 1.0, turn: turned, middle: self.middle }
     }
 
+    /// The same in a picture that is `scale` times as large.
+    pub fn enlarged(&self, scale: f64) -> Self {
+        let place = |place: f64| (place + 0.5) * scale - 0.5;
+        let (shift, middle) = (self.shift, self.middle);
+        Self { shift: (scale * shift.0, scale * shift.1), middle: (place(middle.0), place(middle.1)), ..*self }
+    }
+
     /// Radians, counter-clockwise on the screen.
     pub fn rotation(&self) -> f64 {
         // 0 and not -0 where nothing turns.
@@ -226,6 +233,18 @@ mod tests {
             let (x, y) = second.carry(first.carry(place));
             let (u, v) = both.carry(place);
             assert!((x - u).abs() < 1e-12 && (y - v).abs() < 1e-12, "{place:?}");
+        }
+    }
+
+    #[test]
+    fn the_same_in_a_larger_picture() {
+        let small = Motion { shift: (3.0, -2.0), stretch: 0.02, turn: 0.1, ..Motion::still(Size::new(50, 100)) };
+        let full = small.enlarged(4.0);
+        assert_eq!(full.middle, Motion::still(Size::new(200, 400)).middle);
+        let enlarged = |(x, y): (f64, f64)| (4.0 * (x + 0.5) - 0.5, 4.0 * (y + 0.5) - 0.5);
+        for place in [(0.0, 0.0), (99.0, 12.0)] {
+            let (a, b) = (enlarged(small.carry(place)), full.carry(enlarged(place)));
+            assert!((a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9, "{a:?} {b:?}");
         }
     }
 

@@ -17,6 +17,10 @@ const HALVED_FROM: usize = 48;
 const MARGIN: usize = 4;
 /// Where |g_x| + |g_y| is above this there is structure, luminance / px: a quarter of a step of 8 bits.
 const STEEP: f32 = 1.0 / 1024.0;
+/// Share of the samples that have structure before a background; less is enough where so many of the columns have any.
+const MUCH: f64 = 0.2;
+const SOME: f64 = 0.02;
+const BROAD: f64 = 0.5;
 
 pub(crate) struct Scale {
     size: Size,
@@ -37,17 +41,24 @@ pub(crate) struct Scale {
     /// The last picture at the samples, and its gradient.
     pub last: Vec<f32>,
     gradient: [Vec<f32>; 2],
-    /// At how many samples it has structure.
-    pub structured: usize,
+    /// |g_x| + |g_y|: how much a sample can tell of motion; 0 in the padding.
+    pub steepness: Vec<f32>,
+    /// At how many samples it has structure, and in how many columns of them.
+    structured: usize,
+    broad: usize,
+    /// Which columns have any.
+    marked: Vec<bool>,
 }
 
-heap!(Scale { across, last, gradient });
+heap!(Scale { across, last, gradient, steepness, marked });
 
 impl Remember for Scale {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("last", &mut self.last)?;
         visit.part("gradient", &mut self.gradient)?;
-        visit.index("structured", &mut self.structured, self.rows * self.columns + 1)
+        visit.part("steepness", &mut self.steepness)?;
+        visit.index("structured", &mut self.structured, self.rows * self.columns + 1)?;
+        visit.index("broad", &mut self.broad, self.columns + 1)
     }
 }
 
@@ -131,9 +142,12 @@ impl Scale {
             middle,
             half,
             structured: 0,
+            broad: 0,
+            marked: vec![false; columns],
             across: (0..padded).map(u).collect(),
             last: vec![0.0; rows * padded],
             gradient: [vec![0.0; rows * padded], vec![0.0; rows * padded]],
+            steepness: vec![0.0; rows * padded],
         }
     }
 
@@ -148,11 +162,12 @@ impl Scale {
     /// Keeps what the next picture is compared with.
     pub fn remember(&mut self, picture: Picture<'_>) {
         let Picture { data, stride, width, .. } = picture;
-        let Self { step, margin, columns, padded, last, gradient: [gx, gy], structured, .. } = self;
+        let Self { step, margin, columns, padded, last, gradient: [gx, gy], steepness, structured, marked, .. } = self;
         *structured = 0;
-        let samples =
-            last.chunks_exact_mut(*padded).zip(gx.chunks_exact_mut(*padded)).zip(gy.chunks_exact_mut(*padded));
-        for (row, ((last, gx), gy)) in samples.enumerate() {
+        marked.fill(false);
+        let rows = [last, gx, gy, steepness].map(|samples| samples.chunks_exact_mut(*padded));
+        let [last, gx, gy, steepness] = rows;
+        for (row, (((last, gx), gy), steepness)) in last.zip(gx).zip(gy).zip(steepness).enumerate() {
             let y = *margin + row * *step;
             let row = |y: usize| &data[y * stride..][..width];
             let (above, here, below) = (row(y - 1), row(y), row(y + 1));
@@ -161,9 +176,20 @@ impl Scale {
                 last[column] = here[x];
                 gx[column] = 0.5 * (here[x + 1] - here[x - 1]);
                 gy[column] = 0.5 * (below[x] - above[x]);
-                *structured += usize::from(gx[column].abs() + gy[column].abs() > STEEP);
+                steepness[column] = gx[column].abs() + gy[column].abs();
+                let steep = steepness[column] > STEEP;
+                *structured += usize::from(steep);
+                marked[column] |= steep;
             }
         }
+        self.broad = self.marked.iter().filter(|marked| **marked).count();
+    }
+
+    /// Whether the last picture had enough structure to be a background, and not a bird in an empty sky: much, or some that is spread
+    /// out.
+    pub fn has_structure(&self) -> bool {
+        let share = self.structured as f64 / (self.rows * self.columns) as f64;
+        share >= MUCH || (share >= SOME && self.broad as f64 >= BROAD * self.columns as f64)
     }
 
     /// Residuals of all samples under a motion, in rows with their padding, which is left alone. Returns how many

@@ -88,7 +88,9 @@ pub(crate) fn report<const N: usize>(rejection: &Rejection<N>, q: impl Fn(&Peak)
             direction: direction_of(&q),
             trace: evidence.trace,
             points: evidence.points,
-            straightness: evidence.straightness,
+            straightness: evidence.course.straightness,
+            displacement: evidence.course.displacement,
+            passed: evidence.course.passed,
             ..Detection::default()
         }
     }));

@@ -13,7 +13,7 @@ use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::stage::background::{Background, Finding};
 use crate::stage::contrast::{Contrast, ORIENTATIONS};
-use crate::stage::traces::{Point, Trace, Traces};
+use crate::stage::traces::{Course, Point, Trace, Traces};
 use crate::state::remember;
 use crate::tiles::{Area, Grid};
 
@@ -51,7 +51,7 @@ struct Kept<const N: usize> {
 pub(crate) struct Evidence {
     pub trace: u64,
     pub points: u32,
-    pub straightness: f32,
+    pub course: Course,
 }
 
 heap!(Evidence);
@@ -227,6 +227,7 @@ impl<const N: usize> Rejection<N> {
         self.traces.link(&self.finder.peaks, &motion, |peak| Point {
             place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
             step: 0.0,
+            passed: 0.0,
             contrast: if mode == RejectionMode::Contrast {
                 contrast.at(p, peak.x, peak.y)
             } else {
@@ -237,8 +238,8 @@ impl<const N: usize> Rejection<N> {
         for (index, peak) in self.finder.peaks.iter().enumerate() {
             let trace = self.traces.of_peak(index);
             if self.confirms(trace) {
-                let straightness = trace.straightness() as f32;
-                self.confirmed.push((*peak, Evidence { trace: trace.id, points: trace.count, straightness }));
+                let evidence = Evidence { trace: trace.id, points: trace.count, course: trace.course() };
+                self.confirmed.push((*peak, evidence));
             }
         }
         self.kept.copy(bands, &self.confirmed, e);

@@ -1,7 +1,7 @@
 //! The background's motion as a similarity (translation, rotation, zoom), coarse to fine; and cuts of the scene.
 //!
 //! Input: P. Output: a [`Finding`]. State: samples of the last P and their gradients on every level of the pyramid, the
-//! last motion, the usual residual. Robust Gauss-Newton (Cauchy weights at 1.5 times the median absolute residual) over
+//! last motion, the usual residual. Robust Gauss-Newton (Cauchy weights at 1.5 times the median absolute residual, steep places counting more) over
 //! (step of luminance, shift, stretch, turn); on the coarsest level it starts from the last motion, from none, or from
 //! the best of all whole shifts. `docs/motion.md` defines every step.
 
@@ -37,8 +37,6 @@ const UNEXPLAINED: f32 = 0.5;
 const JUMP: (f32, f32) = (4.0, 0.01);
 /// How much the latest frame counts in what is usual.
 const USUAL: f32 = 0.1;
-/// Least share of the samples of the finest level that have structure: a bird in an empty sky is no background.
-const STRUCTURED: f64 = 0.05;
 /// What a motion leaves may come to this much of what none leaves.
 const NO_WORSE: f32 = 1.05;
 
@@ -70,9 +68,8 @@ enum Glance {
 struct Looked {
     pyramid: Pyramid,
     glance: Glance,
-    /// By how much it is brighter than the frame before, and what the glance left of it, luminance.
+    /// By how much it is brighter than the frame before, luminance.
     brighter: f64,
-    left: f32,
 }
 
 heap!(Looked { pyramid });
@@ -89,6 +86,8 @@ pub(crate) struct Similarity {
     /// Of the last picture on the coarsest level.
     brightness: f32,
     spread: f32,
+    /// That where the picture is steep.
+    steep_spread: f32,
     usual: Option<f32>,
     residuals: Vec<f32>,
     median: Median,
@@ -107,6 +106,7 @@ impl Remember for Similarity {
         visit.part("last", &mut self.last)?;
         visit.part("brightness", &mut self.brightness)?;
         visit.part("spread", &mut self.spread)?;
+        visit.part("steep_spread", &mut self.steep_spread)?;
         let usual = visit.some_values("usual", 1, || self.usual.into_iter().collect(), |_| true)?;
         self.usual = usual.map_or(self.usual, |usual| usual.first().copied());
         Ok(())
@@ -120,8 +120,7 @@ impl Similarity {
         let most = scales.iter().map(|scale| scale.rows * scale.padded).max().expect("there is a level");
         let coarsest = &scales[scales.len() - 1];
         let most = most.max(coarsest.pixels());
-        let looked =
-            || Looked { pyramid: Pyramid::new(size, coarsest.level), glance: Glance::First, brighter: 0.0, left: 0.0 };
+        let looked = || Looked { pyramid: Pyramid::new(size, coarsest.level), glance: Glance::First, brighter: 0.0 };
         let looked = (0..together).map(|_| looked()).collect();
         Self {
             scales,
@@ -131,6 +130,7 @@ impl Similarity {
             last: Estimate::none(0.0),
             brightness: 0.0,
             spread: 0.0,
+            steep_spread: 0.0,
             usual: None,
             residuals: vec![OUTSIDE; most],
             median: Median::new(most),
@@ -148,7 +148,7 @@ impl Similarity {
         looked.glance = Glance::First;
         if !self.first {
             let largest = spread.max(self.spread);
-            (looked.glance, looked.left) = self.glance(level, picture, looked.brighter, largest);
+            looked.glance = self.glance(level, picture, looked.brighter, largest);
         }
         self.last = match looked.glance {
             Glance::Found(estimate) => estimate,
@@ -157,6 +157,9 @@ impl Similarity {
         (self.first, self.brightness, self.spread) = (false, brightness, spread);
         let coarsest = self.scales.len() - 1;
         self.scales[coarsest].remember(picture);
+        self.residuals.clear();
+        self.residuals.extend(self.scales[coarsest].last.iter().map(|value| value - brightness));
+        self.steep_spread = self.steep_median(coarsest);
         let cut = matches!(looked.glance, Glance::Cut);
         self.looked.push(looked);
         let end = self.looked.len() - 1;
@@ -205,21 +208,20 @@ impl Similarity {
         (middle, self.median.of_absolute(&self.residuals))
     }
 
-    /// What the smallest picture says, and the median absolute residual that is left.
-    fn glance(&mut self, level: Level, picture: Picture<'_>, brighter: f64, spread: f32) -> (Glance, f32) {
+    /// What the smallest picture says.
+    fn glance(&mut self, level: Level, picture: Picture<'_>, brighter: f64, spread: f32) -> Glance {
         let start = self.start(level, picture, brighter);
         let coarsest = self.scales.len() - 1;
-        let (estimate, left) = match self.descend(level, picture, coarsest, start) {
-            Some((estimate, left)) => (Some(estimate), left),
-            None => (None, self.compare(level, picture, coarsest, &Estimate::none(brighter)).unwrap_or(0.0)),
-        };
-        let large = left > UNEXPLAINED * spread;
-        if large && left > JUMP.1 && self.usual.is_some_and(|usual| left > JUMP.0 * usual) {
+        let estimate = self.descend(level, picture, coarsest, start);
+        let inside = self.compare(level, picture, coarsest, &estimate.unwrap_or(Estimate::none(brighter)));
+        let left = inside.map_or(0.0, |inside| self.median.of_least(&self.residuals, inside));
+        if left > UNEXPLAINED * spread && left > JUMP.1 && self.usual.is_some_and(|usual| left > JUMP.0 * usual) {
             self.usual = None;
-            return (Glance::Cut, left);
+            return Glance::Cut;
         }
         self.usual = Some(self.usual.map_or(left, |usual| usual + USUAL * (left - usual)));
-        (estimate.filter(|_| !large).map_or(Glance::Unexplained, Glance::Found), left)
+        let explained = self.steep_median(coarsest) <= UNEXPLAINED * self.steep_spread;
+        estimate.filter(|_| explained).map_or(Glance::Unexplained, Glance::Found)
     }
 
     /// The last motion, none, or a whole shift, whichever explains the smallest picture best.
@@ -248,15 +250,8 @@ impl Similarity {
         if best < BETTER * cost { Estimate { shift: (place.0 as f64, place.1 as f64), ..none } } else { start }
     }
 
-    /// Gauss-Newton on a level, and the median absolute residual that is left; none where there is no structure, or no
-    /// end to the motion.
-    fn descend(
-        &mut self,
-        level: Level,
-        picture: Picture<'_>,
-        index: usize,
-        start: Estimate,
-    ) -> Option<(Estimate, f32)> {
+    /// Gauss-Newton on a level; none where there is no structure, or no end to the motion.
+    fn descend(&mut self, level: Level, picture: Picture<'_>, index: usize, start: Estimate) -> Option<Estimate> {
         let coarsest = index + 1 == self.scales.len();
         let iterations = ITERATIONS[if coarsest {
             0
@@ -268,7 +263,8 @@ impl Similarity {
         let settled = if index == 0 { SETTLED.0 } else { SETTLED.1 };
         let mut estimate = start;
         for _ in 0..iterations {
-            let median = self.compare(level, picture, index, &estimate)?;
+            self.compare(level, picture, index, &estimate)?;
+            let median = self.steep_median(index);
             let scale = &self.scales[index];
             let mut sums = [0.0; SUMS];
             scale.normal(level, (1.5 * median).max(LEAST_SCALE), &self.residuals, &mut sums);
@@ -288,27 +284,26 @@ impl Similarity {
                 break;
             }
         }
-        // Only the ends of the pyramid are judged by what they leave.
-        let left = if coarsest || index == 0 { self.compare(level, picture, index, &estimate)? } else { 0.0 };
-        Some((estimate, left))
+        Some(estimate)
     }
 
     fn refine(&mut self, level: Level, p: &Plane, looked: &Looked, coarse: Option<Estimate>) -> Finding {
-        let mut found = coarse.map(|estimate| (estimate, looked.left));
+        let mut found = coarse;
         for index in (0..self.scales.len() - 1).rev() {
             let at = self.scales[index].level;
             let larger = f64::from(1u32 << (self.scales[index + 1].level - at));
-            found = found.and_then(|(estimate, _)| {
+            found = found.and_then(|estimate| {
                 let shift = (larger * estimate.shift.0, larger * estimate.shift.1);
                 self.descend(level, looked.pyramid.level(p, at), index, Estimate { shift, ..estimate })
             });
         }
-        let none = Estimate::none(found.map_or(looked.brighter, |(estimate, _)| estimate.offset));
-        let still = self.compare(level, looked.pyramid.level(p, 0), 0, &none).unwrap_or(0.0);
+        let mut left = |estimate: &Estimate| {
+            self.compare(level, looked.pyramid.level(p, 0), 0, estimate).map(|_| self.steep_median(0))
+        };
+        let still = left(&Estimate::none(found.map_or(looked.brighter, |estimate| estimate.offset))).unwrap_or(0.0);
+        let found = found.and_then(|estimate| left(&estimate).map(|left| (estimate, left)));
         let robust = |median: f32| (1.5 * median).max(LEAST_SCALE);
-        let scale = &self.scales[0];
-        let empty = (scale.structured as f64) < STRUCTURED * (scale.rows * scale.columns) as f64;
-        match found.filter(|_| !empty) {
+        match found.filter(|_| self.scales[0].has_structure()) {
             Some((estimate, left)) if left <= NO_WORSE * still || robust(left) <= LEAST_SCALE => {
                 let Estimate { shift, stretch, turn, .. } = estimate;
                 let motion = Motion { shift, stretch, turn, ..self.none.motion };
@@ -318,15 +313,21 @@ impl Similarity {
         }
     }
 
-    /// Residuals of a level under a motion, and the median of what lies inside the picture.
-    fn compare(&mut self, level: Level, picture: Picture<'_>, index: usize, estimate: &Estimate) -> Option<f32> {
+    /// Residuals of a level under a motion. How many lie inside the picture, where at least half do.
+    fn compare(&mut self, level: Level, picture: Picture<'_>, index: usize, estimate: &Estimate) -> Option<usize> {
         let scale = &self.scales[index];
         let Estimate { shift, stretch, turn, offset } = *estimate;
         let motion = Motion { shift, stretch, turn, middle: scale.middle };
         self.residuals.clear();
         self.residuals.resize(scale.rows * scale.padded, OUTSIDE);
         let inside = scale.compare(level, picture, &motion, offset as f32, &mut self.residuals);
-        (2 * inside >= scale.rows * scale.columns).then(|| self.median.of_least(&self.residuals, inside))
+        (2 * inside >= scale.rows * scale.columns).then_some(inside)
+    }
+
+    /// Median absolute residual of what was compared, each counting as much as the picture is steep there: smooth sky,
+    /// which fits wherever it is moved, has no say.
+    fn steep_median(&mut self, index: usize) -> f32 {
+        self.median.weighted(&self.residuals, &self.scales[index].steepness, OUTSIDE)
     }
 }
 

@@ -21,8 +21,10 @@ use crate::state::{Remember, StateError, Visit};
 pub(crate) struct Point {
     /// Where what it passed is now.
     pub place: (f64, f64),
-    /// Distance of that from where the trace's point before was then, px.
+    /// Distance of that from the trace's point before, and path of the background at the trace since that, px of the present
+    /// picture.
     pub step: f64,
+    pub passed: f64,
     /// Directional contrast there.
     pub contrast: [f32; ORIENTATIONS],
 }
@@ -35,13 +37,26 @@ pub(crate) struct Trace {
     /// Relative to the background, with which the place is carried along.
     carried: Track,
     missed: u32,
+    /// Path of the background since its last point, px.
+    passing: f64,
     /// Points so far, those that are remembered and earlier ones.
     pub count: u32,
     /// The last ones, as many as are remembered.
     pub points: VecDeque<Point>,
 }
 
-/// Points over which straightness is told.
+/// Where the last points of a trace lead.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Course {
+    /// From the first to the last relative to the background, px.
+    pub displacement: f32,
+    /// That over the length of the path between them.
+    pub straightness: f32,
+    /// Path of the background meanwhile, px.
+    pub passed: f32,
+}
+
+/// Points over which the course is told.
 const REMEMBERED: usize = 60;
 
 /// Where a trace was last, and its velocity, px a frame.
@@ -114,6 +129,7 @@ impl Traces {
             seen: Track::default(),
             carried: Track::default(),
             missed: 0,
+            passing: 0.0,
             count: 0,
             points: VecDeque::with_capacity(window.max(REMEMBERED) + 1),
         };
@@ -134,8 +150,14 @@ impl Traces {
 
     /// Carries all traces along with the background: call it before `link`.
     pub fn carry(&mut self, motion: &Motion) {
+        let zoom = motion.zoom();
         for trace in &mut self.living {
-            trace.points.iter_mut().for_each(|point| point.place = motion.carry(point.place));
+            for point in &mut trace.points {
+                point.place = motion.carry(point.place);
+                (point.step, point.passed) = (zoom * point.step, zoom * point.passed);
+            }
+            let (dx, dy) = motion.at(trace.carried.place);
+            trace.passing += dx.hypot(dy);
             trace.carried.place = motion.carry(trace.carried.place);
         }
     }
@@ -237,9 +259,11 @@ impl Trace {
         let places = tracks.iter().flat_map(|track| [track.place, track.velocity]);
         let points = self.points.iter().map(|point| point.place);
         let finite = |(x, y): (f64, f64)| x.is_finite() && y.is_finite();
-        let of_point = |point: &Point| point.step.is_finite() && point.contrast.iter().all(|value| value.is_finite());
+        let of_point = |point: &Point| {
+            (point.step + point.passed).is_finite() && point.contrast.iter().all(|value| value.is_finite())
+        };
         let counted = (1..=most).contains(&self.points.len()) && self.missed <= missed;
-        counted && places.chain(points).all(finite) && self.points.iter().all(of_point)
+        counted && self.passing.is_finite() && places.chain(points).all(finite) && self.points.iter().all(of_point)
     }
 
     fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {
@@ -247,12 +271,14 @@ impl Trace {
         self.seen = Track { place, velocity };
         self.carried = Track { place, velocity: (0.0, 0.0) };
         self.missed = 0;
+        self.passing = 0.0;
         self.count = 0;
         self.points.clear();
     }
 
     fn remember(&mut self, mut point: Point, most: usize) {
         point.step = self.points.back().map_or(0.0, |last| distance(last, &point));
+        point.passed = std::mem::take(&mut self.passing);
         if self.points.len() == most {
             self.points.pop_front();
         }
@@ -281,10 +307,15 @@ impl Trace {
         (net, self.points.iter().skip(first + 1).map(|point| point.step).sum())
     }
 
-    /// Net displacement over path length of the remembered points.
-    pub fn straightness(&self) -> f64 {
+    /// What the remembered points come to.
+    pub fn course(&self) -> Course {
         let (net, path) = self.movement(REMEMBERED);
-        if path > 0.0 { net / path } else { 0.0 }
+        let first = self.points.len().saturating_sub(REMEMBERED);
+        Course {
+            displacement: net as f32,
+            straightness: if path > 0.0 { (net / path) as f32 } else { 0.0 },
+            passed: self.points.iter().skip(first + 1).map(|point| point.passed).sum::<f64>() as f32,
+        }
     }
 
     /// Largest standard deviation over the orientations of the last `window` contrasts.
@@ -303,4 +334,37 @@ impl Trace {
 
 fn distance(a: &Point, b: &Point) -> f64 {
     (b.place.0 - a.place.0).hypot(b.place.1 - a.place.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Size;
+
+    #[test]
+    fn a_course_is_told_beside_the_background() {
+        let pan = Motion { shift: (3.0, 4.0), ..Motion::still(Size::new(200, 300)) };
+        let mut traces = Traces::new(4.0, 2, 1, 8, true);
+        for t in 0..70u8 {
+            // Relative to the background it goes left by 1 px a frame; once it is not seen.
+            let (x, y) = (10.0 + 2.0 * f32::from(t), 20.0 + 4.0 * f32::from(t));
+            let peak = Peak { x: x as usize, y: y as usize, value: 1.0, sub_x: x, sub_y: y };
+            traces.carry(&pan);
+            let peaks = if t == 40 { &[][..] } else { &[peak] };
+            let point = |peak: &Peak| Point {
+                place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
+                step: 0.0,
+                passed: 0.0,
+                contrast: [0.0; ORIENTATIONS],
+            };
+            traces.link(peaks, &pan, point);
+        }
+        // The last 60 points are those of the last 61 frames.
+        let Course { displacement, straightness, passed } = traces.of_peak(0).course();
+        assert!(
+            (displacement - 60.0).abs() < 1e-3 && (straightness - 1.0).abs() < 1e-6,
+            "{displacement} {straightness}"
+        );
+        assert!((passed - 300.0).abs() < 1e-3, "{passed}");
+    }
 }

@@ -104,7 +104,7 @@ impl Engine {
 
 /// Least score that begins a track behind a bank where the parameters name none, whatever the clip says: in a quiet clip less is
 /// rare, and still no target.
-pub(super) const BIRTH_SCORE: f64 = 0.02;
+pub(super) const BIRTH_SCORE: f64 = 0.01;
 
 /// Parameters for a tracker behind a bank: tuned to the middle of its speeds.
 pub(super) fn tracked(bank: &BankParams) -> Result<Params, ParamError> {

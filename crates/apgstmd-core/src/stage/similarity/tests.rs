@@ -181,6 +181,30 @@ fn a_bird_in_an_empty_sky_is_no_background() {
 }
 
 #[test]
+fn smooth_sky_has_no_say() {
+    // Above trees that move, three quarters of sky, in which what a codec left of it stays where it is.
+    for shift in [1.5, -6.0, 14.0] {
+        let pan = findings((0..8).map(|t| {
+            let mut plane = Waves::new(3).picture(SIZE, &motion((shift * f64::from(t), 0.0), 0.0, 1.0));
+            let top = |x: usize| {
+                let along = (x as f64 - shift * f64::from(t)) / 9.0;
+                (130.0 + 6.0 * along.sin() + 4.0 * (2.3 * along).sin()) as usize
+            };
+            for y in 0..SIZE.height {
+                let residue = |x: usize| 0.002 * ((x / 8 + 3 * (y / 8)) % 5) as f32;
+                let row = plane.row_mut(y).iter_mut().enumerate();
+                row.filter(|(x, _)| y < top(*x)).for_each(|(x, value)| *value = 0.8 + residue(x));
+            }
+            plane
+        }));
+        for found in &pan {
+            let off = (found.motion.shift.0 - shift).hypot(found.motion.shift.1);
+            assert!(!found.unexplained && !found.cut && off < 0.3, "{shift} {found:?}");
+        }
+    }
+}
+
+#[test]
 fn the_smallest_pictures() {
     for (height, width) in [(16, 16), (17, 90), (64, 64), (65, 16)] {
         let size = Size::new(height, width);
