@@ -86,19 +86,19 @@ impl Clutter {
         self.events.iter_mut().for_each(|event| event.place = background.motion.carry(event.place));
     }
 
-    /// What is left of the score of a detection, given what was found here before.
+    /// What is left of the score of a detection, which is above 0, given what was found here before this frame.
     pub fn left(&self, found: &Detection) -> f32 {
         let (x, y) = (f64::from(found.x), f64::from(found.y));
         let mut sum = 0.0;
         for event in &self.events {
             let (dx, dy) = (event.place.0 - x, event.place.1 - y);
             let distance = dx * dx + dy * dy;
-            if distance < 9.0 * WIDTH * WIDTH && event.trace != found.trace {
+            if distance < 9.0 * WIDTH * WIDTH && event.trace != found.trace && event.frame != self.frames {
                 sum += event.score * (-distance / (2.0 * WIDTH * WIDTH)).exp() as f32;
             }
         }
         let clutter = sum / self.frames.clamp(LEAST_FRAMES, FRAMES) as f32;
-        if found.score > 0.0 { found.score * (found.score / (found.score + WEIGHT * clutter)) } else { found.score }
+        found.score * (found.score / (found.score + WEIGHT * clutter))
     }
 
     /// Remembers what was found in this frame, best first, with the scores that it had by itself.
@@ -148,7 +148,9 @@ mod tests {
         assert_eq!(left(75.1, 200), 0.1);
         // What is much stronger stays.
         assert!(clutter.left(&at(60.0, 10.0, 200)) > 8.0);
-        assert_eq!(clutter.left(&at(60.0, 0.0, 200)), 0.0);
+        // What is found in the same frame is none.
+        clutter.remember(&[at(90.0, 0.1, 300)]);
+        assert_eq!(clutter.left(&at(90.0, 0.1, 200)), 0.1);
     }
 
     #[test]

@@ -42,15 +42,13 @@ pub(super) struct Merge {
     best: Vec<usize>,
     /// Numbers given in this frame.
     given: Vec<u64>,
-    /// What was found, as it is by itself.
+    /// What was found, of which the best is reported.
     found: Vec<Detection>,
-    /// And with what is left of its score.
-    weighed: Vec<Detection>,
     clutter: Clutter,
     next_id: u64,
 }
 
-heap!(Merge { ranked, best, given, found, weighed, clutter });
+heap!(Merge { ranked, best, given, found, clutter });
 remember!(Merge { clutter, next_id });
 
 const NONE: usize = usize::MAX;
@@ -65,7 +63,6 @@ impl Merge {
             best: Vec::with_capacity(looked_at),
             given: Vec::with_capacity(looked_at),
             found: Vec::with_capacity(looked_at),
-            weighed: Vec::with_capacity(looked_at),
             clutter: Clutter::new(most),
             next_id: 0,
         }
@@ -80,7 +77,7 @@ impl Merge {
     /// the full picture.
     pub fn process(&mut self, members: &mut [Running], floor: f32, background: &Finding, out: &mut Vec<Detection>) {
         self.group(members, floor);
-        let Self { most, ranked, best, given, found, weighed, clutter, next_id, .. } = self;
+        let Self { most, ranked, best, given, found, clutter, next_id, .. } = self;
         given.clear();
         found.clear();
         for (group, first) in best.iter().enumerate() {
@@ -100,14 +97,13 @@ impl Merge {
             found.push(Detection { trace: id, ..ranked[*first].candidate.found });
         }
         clutter.begin(background);
-        weighed.clear();
-        weighed.extend(found.iter().map(|found| Detection { score: clutter.left(found), ..*found }));
         clutter.remember(found);
-        weighed.sort_unstable_by(best_first);
-        demote_echoes(weighed);
-        weighed.sort_unstable_by(best_first);
+        found.iter_mut().for_each(|found| found.score = clutter.left(found));
+        found.sort_unstable_by(best_first);
+        demote_echoes(found);
+        found.sort_unstable_by(best_first);
         out.clear();
-        out.extend(weighed.iter().take(*most));
+        out.extend(found.iter().take(*most));
     }
 
     fn group(&mut self, members: &[Running], floor: f32) {

@@ -43,22 +43,15 @@ pub(crate) struct Scale {
     gradient: [Vec<f32>; 2],
     /// |g_x| + |g_y|: how much a sample can tell of motion; 0 in the padding.
     pub steepness: Vec<f32>,
-    /// At how many samples it has structure, and in how many columns of them.
-    structured: usize,
-    broad: usize,
-    /// Which columns have any.
-    marked: Vec<bool>,
 }
 
-heap!(Scale { across, last, gradient, steepness, marked });
+heap!(Scale { across, last, gradient, steepness });
 
 impl Remember for Scale {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("last", &mut self.last)?;
         visit.part("gradient", &mut self.gradient)?;
-        visit.part("steepness", &mut self.steepness)?;
-        visit.index("structured", &mut self.structured, self.rows * self.columns + 1)?;
-        visit.index("broad", &mut self.broad, self.columns + 1)
+        visit.part("steepness", &mut self.steepness)
     }
 }
 
@@ -141,9 +134,6 @@ impl Scale {
             padded,
             middle,
             half,
-            structured: 0,
-            broad: 0,
-            marked: vec![false; columns],
             across: (0..padded).map(u).collect(),
             last: vec![0.0; rows * padded],
             gradient: [vec![0.0; rows * padded], vec![0.0; rows * padded]],
@@ -162,9 +152,7 @@ impl Scale {
     /// Keeps what the next picture is compared with.
     pub fn remember(&mut self, picture: Picture<'_>) {
         let Picture { data, stride, width, .. } = picture;
-        let Self { step, margin, columns, padded, last, gradient: [gx, gy], steepness, structured, marked, .. } = self;
-        *structured = 0;
-        marked.fill(false);
+        let Self { step, margin, columns, padded, last, gradient: [gx, gy], steepness, .. } = self;
         let rows = [last, gx, gy, steepness].map(|samples| samples.chunks_exact_mut(*padded));
         let [last, gx, gy, steepness] = rows;
         for (row, (((last, gx), gy), steepness)) in last.zip(gx).zip(gy).zip(steepness).enumerate() {
@@ -177,19 +165,20 @@ impl Scale {
                 gx[column] = 0.5 * (here[x + 1] - here[x - 1]);
                 gy[column] = 0.5 * (below[x] - above[x]);
                 steepness[column] = gx[column].abs() + gy[column].abs();
-                let steep = steepness[column] > STEEP;
-                *structured += usize::from(steep);
-                marked[column] |= steep;
             }
         }
-        self.broad = self.marked.iter().filter(|marked| **marked).count();
     }
 
     /// Whether the last picture had enough structure to be a background, and not a bird in an empty sky: much, or some that is spread
     /// out.
     pub fn has_structure(&self) -> bool {
-        let share = self.structured as f64 / (self.rows * self.columns) as f64;
-        share >= MUCH || (share >= SOME && self.broad as f64 >= BROAD * self.columns as f64)
+        let steep = |sample: usize| self.steepness[sample] > STEEP;
+        // The padding is even.
+        let share = (0..self.steepness.len()).filter(|sample| steep(*sample)).count() as f64
+            / (self.rows * self.columns) as f64;
+        let with_any = |column: &usize| (0..self.rows).any(|row| steep(row * self.padded + column));
+        let broad = || (0..self.columns).filter(with_any).count() as f64 >= BROAD * self.columns as f64;
+        share >= MUCH || (share >= SOME && broad())
     }
 
     /// Residuals of all samples under a motion, in rows with their padding, which is left alone. Returns how many

@@ -86,8 +86,6 @@ pub(crate) struct Similarity {
     /// Of the last picture on the coarsest level.
     brightness: f32,
     spread: f32,
-    /// That where the picture is steep.
-    steep_spread: f32,
     usual: Option<f32>,
     residuals: Vec<f32>,
     median: Median,
@@ -106,7 +104,6 @@ impl Remember for Similarity {
         visit.part("last", &mut self.last)?;
         visit.part("brightness", &mut self.brightness)?;
         visit.part("spread", &mut self.spread)?;
-        visit.part("steep_spread", &mut self.steep_spread)?;
         let usual = visit.some_values("usual", 1, || self.usual.into_iter().collect(), |_| true)?;
         self.usual = usual.map_or(self.usual, |usual| usual.first().copied());
         Ok(())
@@ -130,7 +127,6 @@ impl Similarity {
             last: Estimate::none(0.0),
             brightness: 0.0,
             spread: 0.0,
-            steep_spread: 0.0,
             usual: None,
             residuals: vec![OUTSIDE; most],
             median: Median::new(most),
@@ -157,9 +153,6 @@ impl Similarity {
         (self.first, self.brightness, self.spread) = (false, brightness, spread);
         let coarsest = self.scales.len() - 1;
         self.scales[coarsest].remember(picture);
-        self.residuals.clear();
-        self.residuals.extend(self.scales[coarsest].last.iter().map(|value| value - brightness));
-        self.steep_spread = self.steep_median(coarsest);
         let cut = matches!(looked.glance, Glance::Cut);
         self.looked.push(looked);
         let end = self.looked.len() - 1;
@@ -220,7 +213,10 @@ impl Similarity {
             return Glance::Cut;
         }
         self.usual = Some(self.usual.map_or(left, |usual| usual + USUAL * (left - usual)));
-        let explained = self.steep_median(coarsest) <= UNEXPLAINED * self.steep_spread;
+        let steep_left = self.steep_median(coarsest);
+        self.residuals.clear();
+        self.residuals.extend(self.scales[coarsest].last.iter().map(|value| value - self.brightness));
+        let explained = steep_left <= UNEXPLAINED * self.steep_median(coarsest);
         estimate.filter(|_| explained).map_or(Glance::Unexplained, Glance::Found)
     }
 

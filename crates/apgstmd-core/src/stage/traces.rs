@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use crate::filter::peaks::Peak;
-use crate::memory::{Heap, Memory, heap, owned};
+use crate::memory::heap;
 use crate::stage::background::Motion;
 use crate::stage::contrast::ORIENTATIONS;
 use crate::state::{Remember, StateError, Visit};
@@ -90,7 +90,8 @@ pub(crate) struct Traces {
     next_id: u64,
 }
 
-heap!(Pair);
+heap!(Pair, Point);
+heap!(Trace { points });
 heap!(Traces { living, spare, pairs, downward, owner, found });
 
 impl Remember for Traces {
@@ -110,12 +111,6 @@ impl Remember for Traces {
             self.living.push(Trace { points: std::mem::take(&mut trace.points), ..from });
         }
         Ok(())
-    }
-}
-
-impl Heap for Trace {
-    fn heap(&self) -> Memory {
-        owned(self.points.capacity() * size_of::<Point>())
     }
 }
 

@@ -85,7 +85,8 @@ fn finds_shift_rotation_and_zoom_from_rest() {
 
 /// What a run of pictures leads to after the first.
 fn findings(pictures: impl Iterator<Item = Plane>) -> Vec<Finding> {
-    let mut similarity = Similarity::new(SIZE, 1);
+    let mut pictures = pictures.peekable();
+    let mut similarity = Similarity::new(pictures.peek().expect("a picture").size(), 1);
     pictures.map(|p| see(&mut similarity, &p)).skip(1).collect()
 }
 
@@ -178,6 +179,20 @@ fn a_bird_in_an_empty_sky_is_no_background() {
         }));
         assert!(sky[1..].iter().all(|f| f.unexplained && !f.cut && f.motion == Motion::still(SIZE)), "{sky:?}");
     }
+}
+
+#[test]
+fn two_birds_in_a_small_empty_sky_are_no_background() {
+    let sky = findings((0..8).map(|t| {
+        let size = Size::new(64, 96);
+        let mut plane = Plane::new(size);
+        plane.fill(0.9);
+        for (top, left) in [(12, 10), (44, 40)] {
+            (top..top + 9).for_each(|y| plane.row_mut(y)[left + 2 * t..left + 2 * t + 9].fill(0.2));
+        }
+        plane
+    }));
+    assert!(sky[1..].iter().all(|f| f.unexplained && !f.cut && f.motion.shift == (0.0, 0.0)), "{sky:?}");
 }
 
 #[test]
