@@ -15,6 +15,7 @@ use crate::region::{Region, RegionError};
 use crate::row::bands::Bands;
 use crate::row::machine::{Machine, SimdLevel};
 use crate::row::workers::Workers;
+use crate::scroll::Scroll;
 use crate::stage::background::Finding;
 use crate::state::{Origin, Remember, State, StateError, Visit};
 use crate::timing::Timing;
@@ -238,16 +239,19 @@ impl Detector {
         self.model.share();
     }
 
-    /// The next frame of a detector that shares, on the threads of others.
+    /// The next frame of a detector that shares, on the threads of others: all that it remembers of places moves first.
     pub(crate) fn process_seen(
         &mut self,
         bands: &Bands,
-        (p, found): (&Plane, &Finding),
+        (scroll, found): (&Scroll<'_>, &Finding),
         response: &mut Response,
         timing: &mut Timing,
     ) {
+        if !scroll.is_none() {
+            self.model.scroll(scroll);
+        }
         self.model.tell(found);
-        self.model.block(bands, from_ref(p), from_mut(response), Some(timing));
+        self.model.block(bands, from_ref(scroll.p), from_mut(response), Some(timing));
         self.report(from_mut(response));
     }
 
@@ -389,3 +393,6 @@ impl Detector {
         self.model.reset();
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -34,6 +34,7 @@ mod plane;
 mod probe;
 mod region;
 mod row;
+mod scroll;
 mod stage;
 pub mod state;
 pub mod stimulus;

@@ -1,5 +1,7 @@
 //! The grid of square tiles on which attention and prediction are sparse.
 
+use std::ops::Range;
+
 use crate::frame::Size;
 use crate::row::bands::Split;
 
@@ -23,6 +25,46 @@ pub(crate) struct Area {
     pub columns: usize,
 }
 
+impl Area {
+    pub fn whole(size: Size) -> Self {
+        Self { top: 0, left: 0, rows: size.height, columns: size.width }
+    }
+
+    /// Its rows.
+    pub fn down(&self) -> Range<usize> {
+        self.top..self.top + self.rows
+    }
+
+    /// Its columns.
+    pub fn across(&self) -> Range<usize> {
+        self.left..self.left + self.columns
+    }
+
+    /// What of it stays in the picture when it moves to the right and down.
+    pub fn moved(&self, (right, down): (isize, isize), size: Size) -> Self {
+        let side = |Range { start, end }: Range<usize>, by: isize, all: usize| {
+            let place = |end: usize| (end as isize).saturating_add(by).clamp(0, all as isize) as usize;
+            (place(start), place(end) - place(start))
+        };
+        let (top, rows) = side(self.down(), down, size.height);
+        let (left, columns) = side(self.across(), right, size.width);
+        Self { top, left, rows, columns }
+    }
+
+    /// The smallest that both lie in; nothing lies anywhere.
+    pub fn with(&self, other: &Self) -> Self {
+        if self.rows * self.columns == 0 {
+            return *other;
+        }
+        if other.rows * other.columns == 0 {
+            return *self;
+        }
+        let (top, left) = (self.top.min(other.top), self.left.min(other.left));
+        let (bottom, right) = (self.down().end.max(other.down().end), self.across().end.max(other.across().end));
+        Self { top, left, rows: bottom - top, columns: right - left }
+    }
+}
+
 impl Grid {
     pub fn new(size: Size) -> Self {
         Self { size, across: size.width.div_ceil(TILE), down: size.height.div_ceil(TILE) }
@@ -35,6 +77,11 @@ impl Grid {
     pub fn area(&self, tile: usize) -> Area {
         let (top, left) = (tile / self.across * TILE, tile % self.across * TILE);
         Area { top, left, rows: TILE.min(self.size.height - top), columns: TILE.min(self.size.width - left) }
+    }
+
+    /// Where the pixels of a tile come to lie that stay in the picture when it moves to the right and down.
+    pub fn moved(&self, tile: usize, by: (isize, isize)) -> Option<Area> {
+        Some(self.area(tile).moved(by, self.size)).filter(|moved| moved.rows > 0 && moved.columns > 0)
     }
 
     /// The tile that holds pixel (x, y).

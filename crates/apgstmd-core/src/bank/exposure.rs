@@ -9,6 +9,7 @@
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
+use crate::scroll::Scroll;
 use crate::stage::background::Finding;
 use crate::state::{Remember, StateError, Visit};
 
@@ -62,8 +63,10 @@ impl Exposure {
         frame % self.length as u64 == self.length as u64 / 2 - 1
     }
 
-    /// Takes a frame, of which `found` is what the background did before it. Whether `p` and `found` are now to be seen.
-    pub fn take(&mut self, frame: u64, p: &Plane, found: &Finding) -> bool {
+    /// Takes a frame, of which `found` is what the background did before it, after what was taken of the others has moved. Whether
+    /// `p` and `found` are now to be seen.
+    pub fn take(&mut self, frame: u64, scroll: &Scroll<'_>, found: &Finding) -> bool {
+        let p = scroll.p;
         if self.length == 1 {
             (self.taken, self.found) = (1, *found);
             return true;
@@ -74,6 +77,7 @@ impl Exposure {
             self.sum.data_mut().copy_from_slice(p.data());
         } else {
             self.found = self.found.then(found);
+            self.sum.scroll(scroll, self.taken as f32);
             self.taken += 1;
             self.sum.data_mut().iter_mut().zip(p.data()).for_each(|(sum, p)| *sum += p);
         }
@@ -126,7 +130,7 @@ mod tests {
         let mut seen = Vec::new();
         for t in 0..12 {
             let p = plane(t as f32);
-            if exposure.take(t, &p, &shifted(t as f64)) {
+            if exposure.take(t, &Scroll::none(&p), &shifted(t as f64)) {
                 seen.push((t, exposure.p(&p).row(7)[5], exposure.found.motion.shift.0));
             }
         }
@@ -140,19 +144,40 @@ mod tests {
         for t in 0..10 {
             let p = plane(t as f32);
             let found = Finding { cut: t == 4, ..shifted(t as f64) };
-            if exposure.take(t, &p, &found) {
+            if exposure.take(t, &Scroll::none(&p), &found) {
                 seen.push((exposure.p(&p).row(0)[0], exposure.found.cut));
             }
         }
         assert_eq!(seen, [(0.5, false), (4.5, true), (7.5, false)]);
     }
 
+    /// What was seen of the world stays where it was; what comes in is taken for what it was in all frames.
+    #[test]
+    fn the_sum_moves_with_what_is_seen() {
+        let mut exposure = Exposure::new(SIZE, 4);
+        let dotted = |x: usize| {
+            let mut p = plane(0.0);
+            p.row_mut(7)[x] = 1.0;
+            p
+        };
+        exposure.take(2, &Scroll::none(&dotted(20)), &shifted(0.0));
+        let p = dotted(26);
+        exposure.take(3, &Scroll { by: (6, 0), ..Scroll::none(&p) }, &shifted(6.0));
+        let mut p = dotted(23);
+        p.row_mut(7)[29] = 0.5;
+        exposure.take(4, &Scroll { by: (-3, 0), ..Scroll::none(&p) }, &shifted(-3.0));
+        exposure.take(5, &Scroll::none(&p), &shifted(0.0));
+        let mean = exposure.p(&p);
+        assert_eq!((mean.row(7)[23], mean.row(7)[29], mean.row(7)[20]), (1.0, 0.5, 0.0));
+    }
+
     #[test]
     fn none_are_due_together() {
         let mut exposures = [2, 4, 8].map(|length| Exposure::new(SIZE, length));
         let p = plane(0.5);
-        let due: Vec<usize> =
-            (0..16).map(|t| exposures.iter_mut().map(|e| usize::from(e.take(t, &p, &shifted(0.0)))).sum()).collect();
+        let due: Vec<usize> = (0..16)
+            .map(|t| exposures.iter_mut().map(|e| usize::from(e.take(t, &Scroll::none(&p), &shifted(0.0)))).sum())
+            .collect();
         assert!(due.iter().all(|due| *due <= 1) && due.iter().sum::<usize>() == 8 + 4 + 2, "{due:?}");
     }
 }

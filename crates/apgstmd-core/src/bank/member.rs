@@ -13,6 +13,7 @@ use super::exposure::Exposure;
 use super::params::{BankParams, Member};
 use super::pyramid::Level;
 use super::spot::{Ideal, Profile, farthest, places};
+use super::window;
 use crate::detection::{Detection, Response};
 use crate::detector::Detector;
 use crate::error::ParamError;
@@ -24,9 +25,10 @@ use crate::region::{Region, RegionError};
 use crate::row::bands::Bands;
 use crate::row::machine::Machine;
 use crate::row::workers::Workers;
-use crate::stage::background::Finding;
+use crate::scroll::Scroll;
+use crate::stage::background::{Finding, Motion};
 use crate::state::{Remember, StateError, Visit};
-use crate::tiles::TILE;
+use crate::tiles::{Area, TILE};
 use crate::timing::Timing;
 
 /// Frames after which a trace that is not seen is forgotten.
@@ -49,12 +51,49 @@ pub(super) struct Known {
     pub trace: u64,
     /// Frame it was last seen in.
     last: u64,
+    heading: Heading,
     profile: Profile,
     /// Its number in the bank.
     pub id: Option<u64>,
 }
 
 heap!(Known);
+
+/// How a trace moves in the world.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Heading {
+    /// Where it was last, px.
+    place: (f32, f32),
+    /// px/frame.
+    velocity: (f32, f32),
+    /// Steps that the velocity is of.
+    steps: f32,
+}
+
+/// Steps of a trace over which its velocity is averaged, and the fewest that tell of one.
+const STEPS: (f32, f32) = (6.0, 3.0);
+
+impl Heading {
+    /// It was seen again, after so many frames.
+    fn follow(&mut self, (x, y): (f32, f32), frames: f32) {
+        self.steps = (self.steps + 1.0).min(STEPS.0);
+        let share = 1.0 / self.steps;
+        self.velocity.0 += share * ((x - self.place.0) / frames - self.velocity.0);
+        self.velocity.1 += share * ((y - self.place.1) / frames - self.velocity.1);
+        self.place = (x, y);
+    }
+
+    /// Counter-clockwise on the screen, of what has come a pixel at least.
+    fn direction(&self) -> Option<f32> {
+        let (dx, dy) = self.velocity;
+        (self.steps >= STEPS.1 && self.steps * dx.hypot(dy) >= 6.0).then(|| (-dy).atan2(dx))
+    }
+
+    fn is_sound(&self) -> bool {
+        let Self { place: (x, y), velocity: (dx, dy), steps } = *self;
+        [x, y, dx, dy, steps].iter().all(|value| value.is_finite())
+    }
+}
 
 /// A detection of a member, on its way to be merged.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -92,6 +131,12 @@ pub(super) struct Running {
     pub candidates: Vec<Candidate>,
     /// Of the last frame.
     pub timing: Timing,
+    /// By how many whole pixels its window has moved since it was last processed.
+    moved: (isize, isize),
+    /// What it knew then of what is seen, as it lies now.
+    before: Area,
+    /// How its window lay beside the picture then, whole pixels.
+    pub beside: (isize, isize),
 }
 
 impl Heap for Running {
@@ -100,16 +145,36 @@ impl Heap for Running {
     }
 }
 
+/// Whole pixels to the right and down, in a state.
+struct Sides<'a>(&'a mut (isize, isize));
+
+impl Remember for Sides<'_> {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let mut sides = (self.0.0 as f64, self.0.1 as f64);
+        sides.show(visit)?;
+        *self.0 = (sides.0 as isize, sides.1 as isize);
+        Ok(())
+    }
+}
+
 impl Remember for Running {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("detector", &mut self.detector)?;
         visit.part("exposure", &mut self.exposure)?;
+        if self.holds() {
+            visit.part("moved", &mut Sides(&mut self.moved))?;
+            visit.part("before", &mut window::Known(&mut self.before, self.detector.size()))?;
+            visit.part("beside", &mut Sides(&mut self.beside))?;
+            let most = window::farthest(self.member.scale) as isize;
+            let near = |side: isize| side.clamp(-most, most);
+            self.beside = (near(self.beside.0), near(self.beside.1));
+        }
         let most = (self.known.capacity(), self.candidates.capacity());
         let sound = |(known, held): &(Vec<Known>, Vec<Candidate>)| {
             let has = |candidate: &Candidate| known.binary_search_by_key(&candidate.trace, |known| known.trace).is_ok();
             (known.len() <= most.0 && held.len() <= most.1)
                 && known.is_sorted_by(|a, b| a.trace < b.trace)
-                && known.iter().all(|known| known.profile.is_sound())
+                && known.iter().all(|known| known.profile.is_sound() && known.heading.is_sound())
                 && held.iter().all(|candidate| candidate.is_sound() && has(candidate))
         };
         let held = if self.holds() { self.candidates.clone() } else { Vec::new() };
@@ -158,6 +223,9 @@ impl Running {
             known: Vec::with_capacity(peaks * (FORGOTTEN as usize + 2)),
             candidates: Vec::with_capacity(peaks),
             timing: Timing::default(),
+            moved: (0, 0),
+            before: Area::whole(size),
+            beside: (0, 0),
         })
     }
 
@@ -168,7 +236,7 @@ impl Running {
 
     /// Sees what can be of a target in the region.
     pub fn look_in(&mut self, region: Option<&Region>) -> Result<(), RegionError> {
-        let reach = farthest(self.calibration.lag);
+        let reach = farthest(self.calibration.lag) + window::farthest(self.member.scale);
         let reduced = region.map(|region| region.reduced(self.member.scale).dilated(reach));
         self.detector.look_in(reduced.as_ref())
     }
@@ -176,6 +244,10 @@ impl Running {
     /// Lets go of candidates elsewhere.
     pub fn report_in(&mut self, region: &Region) {
         self.candidates.retain(|candidate| region.contains(candidate.found.x, candidate.found.y));
+    }
+
+    fn forget_window(&mut self) {
+        (self.moved, self.before, self.beside) = ((0, 0), Area::whole(self.detector.size()), (0, 0));
     }
 
     pub fn own_speed(&self) -> f64 {
@@ -207,6 +279,7 @@ impl Running {
     pub fn reset(&mut self, seen: &mut Response) {
         seen.clear();
         self.exposure.reset();
+        self.forget_window();
         self.detector.reset();
         self.known.clear();
         self.candidates.clear();
@@ -215,8 +288,15 @@ impl Running {
     /// Takes frame `frame` since the start. It is `due` where that is to be processed, else its candidates and maps go on.
     pub fn take(&mut self, frame: u64, level: &Level, seen: &mut Response) {
         self.timing = Timing::default();
-        let found = &level.found;
-        self.due = self.exposure.take(frame, &level.p, found);
+        let (found, scroll) = (&level.found, level.window.scroll());
+        if found.cut {
+            self.forget_window();
+        } else {
+            let (right, down) = scroll.by;
+            self.moved = (self.moved.0.saturating_add(right), self.moved.1.saturating_add(down));
+            self.before = self.before.moved(scroll.by, self.detector.size());
+        }
+        self.due = self.exposure.take(frame, &scroll, &level.told());
         if self.due {
             return;
         }
@@ -230,26 +310,51 @@ impl Running {
     /// Processes what was taken, and makes candidates of what it shows.
     pub fn process(&mut self, bands: &Bands, level: &Level, seen: &mut Response) {
         self.due = false;
-        let taken = (self.exposure.p(&level.p), &self.exposure.found);
-        self.detector.process_seen(bands, taken, seen, &mut self.timing);
+        let shown = level.window.scroll();
+        let by = std::mem::take(&mut self.moved);
+        let before = std::mem::replace(&mut self.before, shown.seen);
+        // Of a member that sees each frame they are those of the window.
+        let scroll = if self.holds() { Scroll { by, p: self.exposure.p(shown.p), before, ..shown } } else { shown };
+        let by = scroll.by;
+        self.detector.process_seen(bands, (&scroll, &self.exposure.found), seen, &mut self.timing);
         let now = self.detector.frames();
+        for known in &mut self.known {
+            known.heading.place.0 += by.0 as f32;
+            known.heading.place.1 += by.1 as f32;
+        }
         self.known.retain(|known| now.saturating_sub(known.last) <= FORGOTTEN);
         self.candidates.clear();
+        let p_size = self.detector.size();
+        let (beside, new) = (level.window.beside, level.new_for(self.member.own_speed()));
+        self.beside = (beside.0.round() as isize, beside.1.round() as isize);
         for found in &seen.detections {
             let index = match self.known.binary_search_by_key(&found.trace, |known| known.trace) {
                 Ok(index) => index,
                 Err(index) => {
-                    let new = Known { trace: found.trace, last: now, profile: Profile::EMPTY, id: None };
-                    self.known.insert(index, new);
+                    let heading = Heading { place: (found.x, found.y), ..Heading::default() };
+                    let begun = Known { trace: found.trace, last: now, heading, profile: Profile::EMPTY, id: None };
+                    self.known.insert(index, begun);
                     index
                 }
             };
             let known = &mut self.known[index];
+            if now > known.last {
+                known.heading.follow((found.x, found.y), (now - known.last) as f32);
+            }
             known.last = now;
-            known.profile.add(&level.p, (found.x, found.y), found.direction, self.places);
-            let Some(spot) = known.profile.spot(self.places, !found.direction.is_nan()) else { continue };
             let mut moved = *found;
+            if !found.direction.is_nan() {
+                moved.direction = known.heading.direction().unwrap_or(found.direction);
+            }
+            known.profile.add(new, (found.x, found.y), moved.direction, self.places);
+            let Some(spot) = known.profile.spot(self.places, !found.direction.is_nan()) else { continue };
             moved.move_ahead(spot.ahead);
+            moved.x += beside.0 as f32;
+            moved.y += beside.1 as f32;
+            let inside = |place: f32, length: usize| (0.0..length as f32).contains(&(place + 0.5));
+            if !inside(moved.x, p_size.width) || !inside(moved.y, p_size.height) {
+                continue;
+            }
             let of_response = self.equivalent(found.score);
             let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
             let contrast = (of_response * of_spot).sqrt();
@@ -281,7 +386,9 @@ impl Running {
             return (0.0, 0.0);
         }
         let (speed, share) = (self.member.speed as f32, self.member.scale as f32 / self.exposure.taken as f32);
-        let passed = self.exposure.found.motion.at((f64::from(found.x), f64::from(found.y)));
+        // Its window goes along with the shift.
+        let turned = Motion { shift: (0.0, 0.0), ..self.exposure.found.motion };
+        let passed = turned.at((f64::from(found.x), f64::from(found.y)));
         let (dx, dy) = (speed * found.direction.cos(), -speed * found.direction.sin());
         (dx - share * passed.0 as f32, dy - share * passed.1 as f32)
     }
@@ -336,25 +443,29 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
     // Nothing of most of a frame.
     let mut shown = 0..0;
     for (running, seen) in members.iter().zip(seen) {
-        let scale = running.member.scale;
-        let (row, unit) = (y / scale, running.calibration.response);
-        if row >= seen.map.nrows() || unit <= 0.0 {
-            continue;
-        }
+        let (scale, unit, (right, down)) = (running.member.scale, running.calibration.response, running.beside);
+        let (height, width) = seen.map.dim();
+        let row = (y / scale).checked_add_signed(-down).filter(|row| *row < height && y / scale < height);
+        let Some(row) = row.filter(|_| unit > 0.0) else { continue };
         let (q, angle) = (seen.map.row(row), seen.direction.row(row));
         let (Some(q), Some(angle)) = (q.as_slice(), angle.as_slice()) else { continue };
         for (first, q) in (0..).step_by(TILE).zip(q.chunks(TILE)) {
             if q.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
                 continue;
             }
-            let columns = scale * first..scale * (first + q.len());
+            // Of the picture.
+            let visible = 0.max(-right).max(first as isize)..(width as isize - right).min((first + q.len()) as isize);
+            let visible = visible.start as usize..visible.end.max(visible.start) as usize;
+            let column = |place: usize| scale * place.saturating_add_signed(right);
+            let columns = column(visible.start)..column(visible.end);
             shown = if shown.is_empty() {
                 columns.clone()
             } else {
                 shown.start.min(columns.start)..shown.end.max(columns.end)
             };
             let out = map[columns.clone()].chunks_exact_mut(scale).zip(direction[columns].chunks_exact_mut(scale));
-            for ((q, angle), (map, direction)) in q.iter().zip(&angle[first..]).zip(out) {
+            let seen = q[visible.start - first..visible.end - first].iter().zip(&angle[visible]);
+            for ((q, angle), (map, direction)) in seen.zip(out) {
                 let value = q / unit;
                 for (map, direction) in map.iter_mut().zip(direction) {
                     if value > *map {
@@ -372,7 +483,6 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::background::Motion;
 
     #[test]
     fn what_a_trace_says() {

@@ -12,11 +12,13 @@
 mod clutter;
 mod exposure;
 mod file;
+mod ground;
 mod member;
 mod merge;
 mod params;
 mod pyramid;
 mod spot;
+mod window;
 
 use crate::detection::Response;
 use crate::detector::{LEAST_SIDE, MOST_PIXELS};
@@ -89,6 +91,9 @@ pub struct Bank {
     workers: Workers,
 }
 
+/// Shifts of the background that are noise, or so slow that the filters do not answer, px/frame.
+const STILL: f64 = 0.03;
+
 /// Of its states.
 const KIND: &str = "bank";
 
@@ -97,6 +102,12 @@ impl Remember for Bank {
         visit.part("processed", &mut self.frames)?;
         visit.part("merge", &mut self.merge)?;
         visit.part("background", &mut self.background)?;
+        for level in &mut self.levels {
+            visit.part(&format!("window{}", level.scale), &mut level.window)?;
+            for (index, ground) in level.grounds.iter_mut().enumerate() {
+                visit.part(&format!("ground{}.{index}", level.scale), ground)?;
+            }
+        }
         for (index, (running, seen)) in self.members.iter_mut().zip(&mut self.seen).enumerate() {
             visit.part(&index.to_string(), running)?;
             if running.holds() {
@@ -140,7 +151,12 @@ impl Bank {
         let needs = used.iter().map(|member| Running::needs(member, size, params, machine));
         ask_for(size, needs.sum::<Result<_, _>>()?)?;
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
-        let levels: Vec<Level> = levels.map(|scale| Level::new(size, *scale, &params.base, machine.threads)).collect();
+        let levels: Vec<Level> = levels
+            .map(|scale| {
+                let speeds = used.iter().filter(|member| member.scale == *scale).map(Member::own_speed);
+                Level::new(size, *scale, &params.base, machine.threads, speeds)
+            })
+            .collect();
         let finest = used.iter().map(|member| member.scale).min().unwrap_or(1);
         let finest = levels.iter().position(|level| level.scale == finest).expect("every scale has its level");
         let background = Background::new(levels[finest].luminance.size(), &params.base, 1);
@@ -260,8 +276,10 @@ impl Bank {
             background.look(bands.level(), p, 0);
             background.follow(bands.level(), p, 0);
             let (found, scale) = (*background.found(0), *scale as f64);
+            let still = found.motion.shift.0.hypot(found.motion.shift.1) < STILL;
             for level in &mut *levels {
-                level.found = Finding { motion: found.motion.enlarged(scale / level.scale as f64), ..found };
+                let found = Finding { motion: found.motion.enlarged(scale / level.scale as f64), ..found };
+                level.follow(bands, &found, still);
             }
             clock.lap(Part::Rejection);
             let levels = &*levels;
@@ -353,6 +371,7 @@ impl Bank {
     pub fn reset(&mut self) {
         self.frames = 0;
         self.background.reset();
+        self.levels.iter_mut().for_each(Level::reset);
         self.members.iter_mut().zip(&mut self.seen).for_each(|(running, seen)| running.reset(seen));
         self.merge.reset();
     }

@@ -1,12 +1,14 @@
 //! A level of the picture pyramid: luminance reduced by area averaging, and what its members share: P of it, and the
 //! background's motion in its pixels.
 
+use super::ground::{self, Ground};
+use super::window::Window;
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
-use crate::stage::background::Finding;
+use crate::stage::background::{Finding, Motion};
 use crate::stage::retina::Retina;
 
 pub(super) struct Level {
@@ -15,18 +17,60 @@ pub(super) struct Level {
     pub p: Plane,
     /// About the background, by the finest level that is looked at.
     pub found: Finding,
+    pub window: Window,
+    pub grounds: Vec<Ground>,
     retina: Retina,
 }
 
-heap!(Level { luminance, p, retina });
+heap!(Level { luminance, p, window, grounds, retina });
 
 impl Level {
-    /// Rows and columns left over at the end of a frame are not seen.
-    pub fn new(size: Size, scale: usize, params: &Params, threads: usize) -> Self {
+    /// Its members have targets of `speeds`, in px/frame of its own. Rows and columns left over at the end of a frame are not seen.
+    pub fn new(size: Size, scale: usize, params: &Params, threads: usize, speeds: impl Iterator<Item = f64>) -> Self {
         let size = Size::new(size.height / scale, size.width / scale);
         let plane = || Plane::new(size);
         let retina = Retina::new(&params.retina, threads);
-        Self { scale, luminance: plane(), p: plane(), found: Finding::nothing(size), retina }
+        let window = Window::new(size, scale, threads);
+        let mut grounds: Vec<Ground> = Vec::new();
+        for length in speeds.map(ground::length) {
+            if grounds.iter().all(|ground| ground.length != length) {
+                grounds.push(Ground::new(size, length));
+            }
+        }
+        Self { scale, luminance: plane(), p: plane(), found: Finding::nothing(size), window, grounds, retina }
+    }
+
+    /// Goes along with the background, which was `found` to move, or, where that is too little to tell, to stand `still`.
+    pub fn follow(&mut self, bands: &Bands, found: &Finding, still: bool) {
+        let shift = if still { (0.0, 0.0) } else { found.motion.shift };
+        self.window.follow(bands, &self.p, shift, found.cut);
+        let scroll = self.window.scroll();
+        for ground in &mut self.grounds {
+            if found.cut {
+                ground.reset();
+            }
+            ground.take(&scroll);
+        }
+        self.found = *found;
+    }
+
+    pub fn reset(&mut self) {
+        self.window.reset();
+        self.grounds.iter_mut().for_each(Ground::reset);
+    }
+
+    /// What is new for a member whose targets have a speed.
+    pub fn new_for(&self, speed: f64) -> &Plane {
+        let length = ground::length(speed);
+        let ground = self.grounds.iter().find(|ground| ground.length == length);
+        &ground.expect("every member's speed has its mean").new
+    }
+
+    /// What the background does as they see it.
+    pub fn told(&self) -> Finding {
+        let (right, down) = self.window.scroll().by;
+        let motion = Motion { shift: (right as f64, down as f64), ..self.found.motion };
+        Finding { motion, ..self.found }
     }
 
     /// Reduces the next finer level by two, and blurs. The finest has its luminance already.
@@ -54,7 +98,7 @@ mod tests {
     #[test]
     fn levels_are_area_means() {
         let size = Size::new(50, 71);
-        let mut levels = [1, 2, 4].map(|scale| Level::new(size, scale, &Params::default(), 1));
+        let mut levels = [1, 2, 4].map(|scale| Level::new(size, scale, &Params::default(), 1, std::iter::empty()));
         for y in 0..size.height {
             for (x, value) in levels[0].luminance.row_mut(y).iter_mut().enumerate() {
                 *value = ((7 * x + 13 * y) % 32) as f32 / 32.0;

@@ -7,10 +7,11 @@ use crate::memory::heap;
 use crate::plane::{Buffer, Plane, padded};
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
+use crate::scroll::{Scroll, Scrolls, scroll_maps};
 use crate::state::remember;
 
 pub(crate) struct LowPass {
-    height: usize,
+    size: Size,
     taps: CascadeTaps<1>,
     state: Buffer,
 }
@@ -18,21 +19,27 @@ pub(crate) struct LowPass {
 heap!(LowPass { taps, state });
 remember!(LowPass { state });
 
+impl Scrolls for LowPass {
+    fn scroll(&mut self, scroll: &Scroll<'_>) {
+        scroll_maps(&mut self.state, self.size, 1, scroll.by);
+    }
+}
+
 impl LowPass {
     pub fn new(size: Size, tau: f64) -> Self {
         let pole = (-1.0 / tau).exp() as f32;
         // From the pole as rounded, so that the sum of the taps is one however near the pole comes to it.
         let direct = 1.0 - pole;
         let taps = CascadeTaps { pole, direct: [direct], feeds: vec![1.0], weights: vec![[direct * pole]] };
-        Self { height: size.height, taps, state: Buffer::zeros(size.height * padded(size.width)) }
+        Self { size, taps, state: Buffer::zeros(size.height * padded(size.width)) }
     }
 
     /// Takes the next frame; with `add` the output is added to what `out` holds.
     pub fn process(&mut self, bands: &Bands, input: &Plane, out: &mut Plane, add: bool) {
         let stride = input.stride();
-        let Self { height, taps, state } = self;
+        let Self { size, taps, state } = self;
         let rows = [Rows { data: state, stride }, Rows { data: out.data_mut(), stride }];
-        bands.over(*height, rows, |range, [mut state, mut out]| {
+        bands.over(size.height, rows, |range, [mut state, mut out]| {
             for (row, y) in range.enumerate() {
                 let input = input.padded_row(y);
                 cascade(bands.level(), taps, Prepare::Keep, input, state.row(row), [out.row(row)], add);

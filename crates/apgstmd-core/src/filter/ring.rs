@@ -8,11 +8,13 @@ use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::{Buffer, padded};
 use crate::row::bands::Rows;
+use crate::scroll::{Scroll, Scrolls, scroll_maps};
 use crate::state::{Remember, StateError, Visit};
 
 /// Ring buffer of frames, newest first. Frames before the first are zero.
 pub(crate) struct FrameRing {
     capacity: usize,
+    width: usize,
     stride: usize,
     /// Row by row, and in a row slot by slot, so that a band of rows is one piece.
     data: Buffer,
@@ -29,10 +31,19 @@ impl Remember for FrameRing {
     }
 }
 
+impl Scrolls for FrameRing {
+    /// The rows of all slots are those of one high map.
+    fn scroll(&mut self, scroll: &Scroll<'_>) {
+        let rows = self.data.len() / self.stride;
+        let down = scroll.by.1.saturating_mul(self.capacity as isize);
+        scroll_maps(&mut self.data, Size { height: rows, width: self.width }, 1, (scroll.by.0, down));
+    }
+}
+
 impl FrameRing {
     pub fn new(size: Size, capacity: usize) -> Self {
         let stride = padded(size.width);
-        Self { capacity, stride, data: Buffer::zeros(size.height * capacity * stride), newest: 0 }
+        Self { capacity, width: size.width, stride, data: Buffer::zeros(size.height * capacity * stride), newest: 0 }
     }
 
     /// Makes the oldest slot the newest; its content is then to be written.

@@ -15,13 +15,14 @@ use crate::plane::{Buffer, Plane, Series, padded};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::mix::subtract;
 use crate::row::recurse::{CascadeTaps, Prepare, cascade};
+use crate::scroll::{Scroll, Scrolls, scroll_maps};
 use crate::state::{Remember, StateError, Visit, remember};
 
 /// Most frames that are computed together.
 pub(crate) const MOST_TOGETHER: usize = 8;
 
 pub(crate) struct TemporalFilter<const K: usize> {
-    height: usize,
+    size: Size,
     prepare: Prepare,
     engine: Engine<K>,
     /// A row of changes.
@@ -57,6 +58,19 @@ impl<const K: usize> Remember for Engine<K> {
                 .enumerate()
                 .try_for_each(|(index, (_, states))| visit.part(&format!("states{index}"), states)),
             Self::Fir { ring, .. } => visit.part("ring", ring),
+        }
+    }
+}
+
+impl<const K: usize> Scrolls for TemporalFilter<K> {
+    fn scroll(&mut self, scroll: &Scroll<'_>) {
+        match &mut self.engine {
+            Engine::Cascade(groups) => {
+                for (taps, states) in groups {
+                    scroll_maps(states, self.size, taps.weights.len(), scroll.by);
+                }
+            }
+            Engine::Fir { ring, .. } => ring.scroll(scroll),
         }
     }
 }
@@ -126,13 +140,13 @@ impl<const K: usize> TemporalFilter<K> {
                 Engine::Fir { ring: FrameRing::new(size, capacity), taps }
             }
         };
-        Self { height: size.height, prepare, engine, scratch: Scratch::new(threads, || Buffer::zeros(stride)) }
+        Self { size, prepare, engine, scratch: Scratch::new(threads, || Buffer::zeros(stride)) }
     }
 
     /// Takes the next frames of the input, `MOST_TOGETHER` at most, and writes the outputs of each.
     pub fn process(&mut self, bands: &Bands, input: Input<'_>, mut out: [&mut [Plane]; K]) {
-        let Self { height, prepare, engine, scratch } = self;
-        let (height, prepare, scratch) = (*height, *prepare, &*scratch);
+        let Self { size, prepare, engine, scratch } = self;
+        let (height, prepare, scratch) = (size.height, *prepare, &*scratch);
         let (count, stride) = (input.maps().len(), input.maps()[0].stride());
         match engine {
             Engine::Cascade(groups) => {

@@ -15,6 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::stage::attention::Attention;
 use crate::stage::background::Background;
 use crate::stage::facilitation::Facilitation;
@@ -47,6 +48,7 @@ pub(crate) struct ApgStmd {
 
 heap!(ApgStmd { p, l, retina, attention, lamina, medulla, lobula, rejection, prediction, facilitation, memorizer });
 remember!(ApgStmd { frames, p, attention, lamina, medulla, rejection, prediction, memorizer });
+scrolls!(ApgStmd { p, attention, lamina, medulla, memorizer });
 
 impl ApgStmd {
     /// For `together` frames at once, the horizon at most: within it no frame waits for what another predicts.

@@ -14,6 +14,7 @@ use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
+use crate::scroll::scrolls;
 use crate::stage::background::Background;
 use crate::stage::emd::Emd;
 use crate::stage::estmd::Estmd;
@@ -39,6 +40,7 @@ pub(crate) struct Cascaded {
 
 heap!(Cascaded { p, l, retina, lamina, lamina_inhibition, estmd, emd, rejection, readout });
 remember!(Cascaded { p, lamina, lamina_inhibition, estmd, emd, rejection });
+scrolls!(Cascaded { p, lamina, lamina_inhibition, estmd, emd });
 
 impl Cascaded {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -15,6 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::stage::background::Background;
 use crate::stage::lamina::Lamina;
 use crate::stage::lamina_inhibition::LaminaInhibition;
@@ -41,6 +42,7 @@ pub(crate) struct Dstmd {
 
 heap!(Dstmd { p, l, retina, lamina, lamina_inhibition, medulla, lobula, rejection, readout });
 remember!(Dstmd { p, lamina, lamina_inhibition, medulla, rejection });
+scrolls!(Dstmd { p, lamina, lamina_inhibition, medulla });
 
 impl Dstmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

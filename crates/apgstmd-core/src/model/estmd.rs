@@ -14,6 +14,7 @@ use crate::plane::{Plane, Series};
 use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
+use crate::scroll::scrolls;
 use crate::stage::background::Background;
 use crate::stage::estmd::Estmd as SmallTarget;
 use crate::stage::lamina::Lamina;
@@ -37,6 +38,7 @@ pub(crate) struct Estmd {
 
 heap!(Estmd { p, l, retina, lamina, lamina_inhibition, estmd, rejection, readout });
 remember!(Estmd { p, lamina, lamina_inhibition, estmd, rejection });
+scrolls!(Estmd { p, lamina, lamina_inhibition, estmd });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

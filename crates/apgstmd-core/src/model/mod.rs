@@ -18,6 +18,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::{Bands, Rows};
 use crate::row::recurse::Prepare;
+use crate::scroll::Scrolls;
 use crate::stage::background::{Background, Finding};
 use crate::stage::rejection::Responses;
 use crate::stage::retina::Retina;
@@ -26,7 +27,7 @@ use crate::tiles::{Area, TILE};
 use crate::timing::Timing;
 
 /// A model, wired: everything between luminance and response.
-pub(crate) trait Wiring: Heap + Remember + Send + Sync {
+pub(crate) trait Wiring: Heap + Remember + Scrolls + Send + Sync {
     /// One time step. Detections stand where the response peaks.
     fn step(&mut self, bands: &Bands, luminance: &Plane, response: &mut Response, timing: Option<&mut Timing>);
 

@@ -15,6 +15,7 @@ use crate::probe::Stage;
 use crate::region::Region;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::stage::background::Background;
 use crate::stage::lamina::Lamina;
 use crate::stage::lobula::Lobula;
@@ -39,6 +40,7 @@ pub(crate) struct StmdPlus {
 
 heap!(StmdPlus { p, l, retina, lamina, medulla, lobula, rejection, readout });
 remember!(StmdPlus { p, lamina, medulla, rejection });
+scrolls!(StmdPlus { p, lamina, medulla });
 
 impl StmdPlus {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -13,10 +13,11 @@ use crate::plane::{Plane, Series};
 use crate::row::bands::{Bands, Rows};
 use crate::row::mix::blend;
 use crate::row::tile::fade_row;
+use crate::scroll::{Scroll, Scrolls, scroll_maps};
 use crate::stage::memorizer::Gains;
 use crate::stage::speckle::Speckle;
 use crate::state::{Remember, StateError, Visit, remember};
-use crate::tiles::{Grid, PerTile, TILE};
+use crate::tiles::{Area, Grid, PerTile, TILE};
 
 /// A faded region below this is over: what it still adds to P_e is below the resolution of P.
 const FADED: f32 = 1e-6;
@@ -71,6 +72,32 @@ impl Remember for Attention {
         match &mut self.steps {
             None => visit.part("pe", &mut self.pe),
             Some(steps) => visit.part("steps", steps),
+        }
+    }
+}
+
+impl Scrolls for Attention {
+    /// What attention adds is made anew from what moves.
+    fn scroll(&mut self, scroll: &Scroll<'_>) {
+        let Self { grid, region, masked, active, attended, a, pe, .. } = self;
+        pe.scroll(scroll);
+        if scroll.by == (0, 0) {
+            return;
+        }
+        if active.contains(&true) {
+            for plane in [&mut *region, masked] {
+                let size = plane.size();
+                scroll_maps(plane.data_mut(), size, 1, scroll.by);
+            }
+            for (tile, active) in active.iter_mut().enumerate() {
+                let Area { top, left, rows, columns } = grid.area(tile);
+                let rows = (top..top + rows).map(|y| &region.row(y)[left..left + columns]);
+                *active = rows.flatten().any(|r| *r != 0.0);
+            }
+        }
+        if attended.contains(&true) {
+            attended.fill(false);
+            a.fill(0.0);
         }
     }
 }

@@ -133,7 +133,7 @@ pub(crate) struct Background {
 }
 
 heap!(Finding);
-remember!(Motion { shift, stretch, turn });
+remember!(Motion { shift, stretch, turn, middle });
 remember!(Finding { motion, residual, unexplained, cut });
 heap!(Background { estimator, found });
 remember!(Background { estimator });

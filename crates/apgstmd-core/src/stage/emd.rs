@@ -12,6 +12,7 @@ use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
 use crate::row::opponent::oppose;
+use crate::scroll::scrolls;
 use crate::state::remember;
 
 pub(crate) struct Emd {
@@ -27,6 +28,7 @@ pub(crate) struct Emd {
 
 heap!(Emd { low_pass, slow, e, strongest });
 remember!(Emd { low_pass });
+scrolls!(Emd { low_pass });
 
 impl Emd {
     pub fn new(size: Size, params: &Params) -> Self {

@@ -16,6 +16,7 @@ use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::lateral::{Lateral, Positive, STRIP};
 use crate::row::opponent::multiply;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::stage::lobula::lateral;
 use crate::state::remember;
 
@@ -33,6 +34,7 @@ pub(crate) struct Estmd {
 
 heap!(Estmd { lateral, on, off, off_delayed, y, delay, scratch });
 remember!(Estmd { delay });
+scrolls!(Estmd { delay });
 
 impl Estmd {
     pub fn new(size: Size, params: &Params, threads: usize) -> Self {

@@ -12,6 +12,7 @@ use crate::params::{LaminaParams, TemporalEngine};
 use crate::plane::{Plane, Series};
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::state::remember;
 
 pub(crate) struct Lamina {
@@ -21,6 +22,7 @@ pub(crate) struct Lamina {
 
 heap!(Lamina { filter });
 remember!(Lamina { first, filter });
+scrolls!(Lamina { filter });
 
 impl Lamina {
     pub fn new(size: Size, params: &LaminaParams, engine: TemporalEngine, threads: usize) -> Self {

@@ -14,6 +14,7 @@ use crate::plane::{Buffer, Plane};
 use crate::row::bands::{Bands, Rows, Scratch};
 use crate::row::lateral::{Lateral, Parts, STRIP};
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::state::remember;
 
 pub(crate) struct LaminaInhibition {
@@ -29,6 +30,7 @@ pub(crate) struct LaminaInhibition {
 
 heap!(LaminaInhibition { lateral, center, surround, excitation, inhibition, l1, scratch });
 remember!(LaminaInhibition { excitation, inhibition });
+scrolls!(LaminaInhibition { excitation, inhibition });
 
 impl LaminaInhibition {
     pub fn new(size: Size, params: &LaminaInhibitionParams, threads: usize) -> Self {

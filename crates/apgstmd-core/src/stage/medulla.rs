@@ -10,6 +10,7 @@ use crate::params::{MedullaParams, TemporalEngine};
 use crate::plane::Plane;
 use crate::row::bands::Bands;
 use crate::row::recurse::Prepare;
+use crate::scroll::scrolls;
 use crate::state::remember;
 
 pub(crate) struct Medulla {
@@ -23,6 +24,7 @@ pub(crate) struct Medulla {
 
 heap!(Medulla { mi1, tm1_4, tm1_5, on, off });
 remember!(Medulla { on, off });
+scrolls!(Medulla { on, off });
 
 /// What the medulla makes of one frame.
 #[derive(Clone, Copy)]

@@ -7,6 +7,7 @@ use crate::DIRECTIONS;
 use crate::frame::Size;
 use crate::memory::{Heap, Memory, heap};
 use crate::plane::Buffer;
+use crate::scroll::{Scroll, Scrolls};
 use crate::state::{Remember, StateError, Visit};
 use crate::tiles::{Area, Grid, TILE};
 
@@ -67,6 +68,24 @@ impl Remember for Gains {
     }
 }
 
+impl Scrolls for Memorizer {
+    /// The oldest frame is not read again: each goes where the one before it was.
+    fn scroll(&mut self, scroll: &Scroll<'_>) {
+        if scroll.by == (0, 0) {
+            return;
+        }
+        let frames = self.ring.len();
+        for into in 0..frames - 1 {
+            let into = (self.now + 1 + into) % frames;
+            let from = (into + 1) % frames;
+            let (head, tail) = self.ring.split_at_mut(into.max(from));
+            let (from, into) = if from > into { (&tail[0], &mut head[into]) } else { (&head[from], &mut tail[0]) };
+            into.take_moved(&self.grid, from, scroll.by);
+        }
+        self.now = (self.now + frames - 1) % frames;
+    }
+}
+
 impl Heap for Gains {
     fn heap(&self) -> Memory {
         let bytes = |floats: usize| floats * size_of::<f32>();
@@ -116,6 +135,36 @@ impl Gains {
     pub fn set(&mut self, tile: usize, block: usize, mask: u8) {
         self.block[tile] = if mask == 0 { ABSENT } else { block as u32 };
         self.mask[tile] = mask;
+    }
+
+    /// Becomes what another frame remembers, moved by whole pixels.
+    fn take_moved(&mut self, grid: &Grid, from: &Self, by: (isize, isize)) {
+        self.clear();
+        self.peak = from.peak;
+        let mut blocks = 0;
+        for tile in 0..grid.count() {
+            let (Some(block), Some(moved)) = (from.tile(tile), grid.moved(tile, by)) else { continue };
+            for target in grid.touching(&moved) {
+                if self.block[target] == ABSENT {
+                    self.blocks(blocks + 1)[blocks * BLOCK..].fill(0.0);
+                    self.block[target] = blocks as u32;
+                    blocks += 1;
+                }
+                self.mask[target] |= from.mask[tile];
+                let (here, there) = (grid.area(target), grid.area(tile));
+                let (first, last) =
+                    (here.left.max(moved.left), (here.left + here.columns).min(moved.left + moved.columns));
+                let source = first.wrapping_add_signed(-by.0) - there.left;
+                let into = &mut self.data[self.block[target] as usize * BLOCK..][..BLOCK];
+                for y in here.top.max(moved.top)..(here.top + here.rows).min(moved.top + moved.rows) {
+                    let row = (y.wrapping_add_signed(-by.1) - there.top) * TILE + source;
+                    let into_row = (y - here.top) * TILE + first - here.left;
+                    for (into, from) in into.chunks_exact_mut(TILE_AREA).zip(block.0.chunks_exact(TILE_AREA)) {
+                        into[into_row..into_row + last - first].copy_from_slice(&from[row..row + last - first]);
+                    }
+                }
+            }
+        }
     }
 
     pub fn tile(&self, tile: usize) -> Option<Block<'_>> {
