@@ -16,8 +16,8 @@ pub struct Detection {
     /// Response Q at the peak: comparable between frames and clips of one parameter set. From a [`crate::Bank`] 0..1:
     /// equivalent contrast, weighed by what its trace and its place have shown so far: see [`crate::Bank`].
     pub score: f32,
-    /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up. NaN where the
-    /// model has no directions.
+    /// Direction of motion, radians in (-pi, pi], counter-clockwise on the screen: 0 = right, pi/2 = up. From a [`crate::Bank`] relative
+    /// to the background, else in the picture. NaN where the model has no directions.
     pub direction: f32,
     /// Number of the trace that links this target from frame to frame, counted from 0 since the last reset.
     pub trace: u64,
@@ -34,7 +34,7 @@ pub struct Detection {
     /// Equivalent contrast: Weber contrast of a black 5 x 5 target on white that looks and responds as strongly, 0..1. Known
     /// to a [`crate::Bank`]; 0 from a detector alone.
     pub contrast: f32,
-    /// Speed that what saw it is tuned to, px/frame.
+    /// Speed that what saw it is tuned to, px/frame; from a [`crate::Bank`] relative to the background, as the direction.
     pub speed: f32,
     /// Side of the targets that what saw it is tuned to, px.
     pub size: f32,
@@ -69,6 +69,8 @@ pub struct Response {
     /// The picture has nothing to do with the last one (found with `rejection.background = "similarity"` only): filters
     /// and traces begin anew, as before the first frame.
     pub cut: bool,
+    /// Directions, of the map and of detections, are relative to the background and not to the picture: those of a [`crate::Bank`].
+    pub in_world: bool,
 }
 
 /// How the background moved from the last frame to this one, about the middle of the picture: turned by `rotation`,
@@ -104,6 +106,7 @@ impl Response {
             background_shift: (0.0, 0.0),
             ego_motion: EgoMotion::default(),
             cut: false,
+            in_world: false,
         }
     }
 

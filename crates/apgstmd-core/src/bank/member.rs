@@ -455,7 +455,10 @@ pub(super) fn map_row(members: &[Running], seen: &[Response], y: usize, map: &mu
             }
             // Of the picture.
             let visible = 0.max(-right).max(first as isize)..(width as isize - right).min((first + q.len()) as isize);
-            let visible = visible.start as usize..visible.end.max(visible.start) as usize;
+            if visible.is_empty() {
+                continue;
+            }
+            let visible = visible.start as usize..visible.end as usize;
             let column = |place: usize| scale * place.saturating_add_signed(right);
             let columns = column(visible.start)..column(visible.end);
             shown = if shown.is_empty() {

@@ -2,11 +2,12 @@
 //!
 //! The members of a scale see the frame reduced by it, by area averaging, and share what the retina makes of it and the
 //! background's motion: a member of 2 px/frame and 5 px at scale 2 sees
-//! targets of 4 px/frame and 10 px. Their detections are put onto the spot that moves with the response ([`spot`]), made
+//! targets of 4 px/frame and 10 px. They look through a window that stays with the background ([`window`]), so that speeds and
+//! directions are those in the world. Their detections are put onto the spot that moves with the response ([`spot`]), made
 //! comparable as equivalent contrasts ([`member`]), and those of one target become one ([`merge`]), which counts less
 //! where others were found before ([`clutter`]).
 //!
-//! State: that of the members and of the background, what the spots of their traces looked like so far, maps and
+//! State: that of the members, of the background, of the windows and of what was seen through them ([`ground`]), what the spots of their traces looked like so far, maps and
 //! candidates that stand for several frames ([`exposure`]), and where something was found.
 
 mod clutter;
@@ -42,6 +43,9 @@ use spot::Ideal;
 pub use params::{BankParams, Member, SCALES};
 
 /// Finds small moving targets of unknown speed and size.
+///
+/// Its members see the world at rest: the background's shift is taken out of the picture before them, and what they remember moves along.
+/// Speeds and directions are relative to the background.
 ///
 /// Scores are comparable between members, clips and settings, 0 to 1: the equivalent contrast, times
 /// - straightness^2 x sqrt(points / 60) of the trace,
@@ -317,6 +321,7 @@ impl Bank {
         let least = self.params.base.detection.least_score as f32;
         response.detections.retain(|found| found.score >= least);
         readout::tell(found, response);
+        response.in_world = true;
         self.frames += 1;
         Ok(())
     }

@@ -69,7 +69,8 @@ impl Association {
         self.used.iter().enumerate().filter(|(_, used)| !**used).map(|(index, _)| index)
     }
 
-    /// Gives these tracks their detections among those still free. `moves`: how far the background at a track moves in a step.
+    /// Gives these tracks their detections among those still free. `moves`: how far the background at a track moves in a step, where
+    /// directions are in the picture.
     pub fn link(&mut self, tracks: &[Track], detections: &[Detection], moves: impl Fn(&Track) -> (f64, f64)) {
         self.pairs.clear();
         self.costs.clear();
@@ -108,7 +109,7 @@ impl Association {
     }
 
     /// 1 - cos of the angle between the detection's direction (counter-clockwise on the screen) and the track's motion
-    /// in the picture (y downward); 1, as for one at random, where either has none.
+    /// (y downward), in the picture by `shift`; 1, as for one at random, where either has none.
     fn turn(&self, detection: &Detection, track: &Track, shift: (f64, f64)) -> f64 {
         let (vx, vy) = (track.motion.velocity.0 + shift.0, track.motion.velocity.1 + shift.1);
         let (direction, speed) = (f64::from(detection.direction), vx.hypot(vy));

@@ -109,6 +109,8 @@ pub struct Observation<'a> {
     pub ego_motion: EgoMotion,
     /// Whether the scene was cut before this frame: all tracks end, and ids go on.
     pub cut: bool,
+    /// Whether the directions of the detections are relative to the background: [`Response::in_world`].
+    pub in_world: bool,
     /// The response Q, (rows, columns), to guide tracks that coast.
     pub map: Option<ArrayView2<'a, f32>>,
     /// How far the response peaks behind a target, px: [`crate::Detector::lag`].
@@ -128,6 +130,7 @@ impl<'a> Observation<'a> {
             background_shift: (0.0, 0.0),
             ego_motion: EgoMotion::default(),
             cut: false,
+            in_world: false,
             map: None,
             lag: 0.0,
             birth_score: 0.0,
@@ -140,6 +143,7 @@ impl<'a> Observation<'a> {
             background_shift: response.background_shift,
             ego_motion: response.ego_motion,
             cut: response.cut,
+            in_world: response.in_world,
             map: Some(response.map.view()),
             lag,
             ..Self::new(frame, &response.detections)
@@ -236,8 +240,9 @@ impl Tracker {
         let established = self.living.partition_point(|track| track.id.is_some());
         self.association.begin(seen.detections);
         let (first, second) = self.living.split_at(established);
-        self.association.link(first, seen.detections, moves);
-        self.association.link(second, seen.detections, moves);
+        let passes = |track: &Track| if seen.in_world { (0.0, 0.0) } else { moves(track) };
+        self.association.link(first, seen.detections, passes);
+        self.association.link(second, seen.detections, passes);
         for (track, found) in self.living.iter_mut().zip(&self.association.found) {
             match found {
                 Some(detection) => track.follow(&seen.detections[*detection], seen, &self.noise),
@@ -292,7 +297,8 @@ impl Tracker {
             let mut track = self.spare.pop().unwrap_or_default();
             let velocity = match f64::from(detection.direction) {
                 direction if direction.is_finite() => {
-                    (self.v_opt * direction.cos() - self.drift.0, -self.v_opt * direction.sin() - self.drift.1)
+                    let drift = if seen.in_world { (0.0, 0.0) } else { self.drift };
+                    (self.v_opt * direction.cos() - drift.0, -self.v_opt * direction.sin() - drift.1)
                 }
                 _ => (0.0, 0.0),
             };

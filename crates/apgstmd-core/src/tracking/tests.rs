@@ -507,3 +507,23 @@ fn a_cut_ends_all_tracks() {
     assert!(ids.iter().all(|(frame, track)| *track == u64::from(*frame >= 20)), "{ids:?}");
     assert_eq!(ids.len(), 40);
 }
+
+/// Before a pan a bank tells how a target moves in the world: taken for its direction in the picture, it is lost.
+#[test]
+fn directions_in_the_world_begin_a_track_as_it_goes_on() {
+    let params = Params::default().for_speed(1.0).unwrap();
+    for in_world in [true, false] {
+        let mut tracker = Tracker::new(Size::new(60, 400), &params).unwrap();
+        let (mut points, mut last) = (Vec::new(), None);
+        // To the right by 1 px a frame in the world, which passes to the left by 6 and has done so for long.
+        for t in 0..46 {
+            let found = [Detection { x: 400.0 - 5.0 * t as f32, trace: t as u64, ..at(0.0, 30.0, 0.0) }];
+            let found = if t < 40 { &[][..] } else { &found };
+            let observation = Observation { background_shift: (-6.0, 0.0), in_world, ..Observation::new(t, found) };
+            tracker.process_into(&observation, &mut points);
+            last = points.last().copied().or(last);
+        }
+        let right = last.is_some_and(|last| (last.track, last.age) == (0, 5) && (last.vx - 1.0).abs() < 0.05);
+        assert_eq!(right, in_world, "{last:?}");
+    }
+}
