@@ -70,8 +70,10 @@ struct Heading {
     steps: f32,
 }
 
-/// Steps of a trace over which its velocity is averaged, and the fewest that tell of one.
+/// Most steps of a trace that its velocity is averaged over, and the fewest that tell of one.
 const STEPS: (f32, f32) = (6.0, 3.0);
+/// It tells the direction when the trace comes so far in these, px: of slow ones the response does.
+const STRIDE: f32 = 6.0;
 
 impl Heading {
     /// It was seen again, after so many frames.
@@ -83,10 +85,10 @@ impl Heading {
         self.place = (x, y);
     }
 
-    /// Counter-clockwise on the screen, of what has come a pixel at least.
+    /// Counter-clockwise on the screen.
     fn direction(&self) -> Option<f32> {
         let (dx, dy) = self.velocity;
-        (self.steps >= STEPS.1 && self.steps * dx.hypot(dy) >= 6.0).then(|| (-dy).atan2(dx))
+        (self.steps >= STEPS.1 && self.steps * dx.hypot(dy) >= STRIDE).then(|| (-dy).atan2(dx))
     }
 
     fn is_sound(&self) -> bool {
@@ -131,7 +133,7 @@ pub(super) struct Running {
     pub candidates: Vec<Candidate>,
     /// Of the last frame.
     pub timing: Timing,
-    /// By how many whole pixels its window has moved since it was last processed.
+    /// By how many whole pixels its window has moved since it last processed a frame.
     moved: (isize, isize),
     /// What it knew then of what is seen, as it lies now.
     before: Area,

@@ -35,7 +35,7 @@ pub(super) struct Window {
     /// Whole pixels that what it shows moved by since the last frame.
     by: (isize, isize),
     shown: Plane,
-    /// What was seen before the last frame, as it lies now, and with it: no more than its corners are counted in.
+    /// What was seen before the last frame, as it lies now, and with it. Corners between the two count as seen.
     before: Area,
     pub seen: Area,
     /// A row between the rows of the picture, with what lies beside it, and what is seen of it.
