@@ -137,7 +137,7 @@ miri: ## the rows, where all unsafe code is, under Miri
 	@$(call MIRI) row::lateral row::mix row::tile row::warp plane:: tiles::
 	@$(call MIRI,-Zmiri-ignore-leaks) row::workers
 
-miri-detector: ## a whole small detector on two threads under Miri: long, it has not been run to its end yet
+miri-detector: ## a whole small detector on two threads under Miri: a quarter of an hour
 	@$(call MIRI,-Zmiri-ignore-leaks) row::tests
 
 # A test asks for more memory than there is, to be refused.
