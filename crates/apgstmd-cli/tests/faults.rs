@@ -322,15 +322,53 @@ fn a_camera_that_stalls() {
     assert_eq!(table(Duration::from_millis(700)), steady);
 }
 
+/// A control group with a limit of memory, as containers and services are.
+struct Group(PathBuf);
+
+impl Group {
+    /// None where this process may not make any.
+    fn new(bytes: usize) -> Option<Self> {
+        let kinds = [("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")];
+        kinds.iter().find_map(|(place, limit)| {
+            let group = Self(Path::new(place).join(format!("apgstmd-test-{}", std::process::id())));
+            fs::create_dir(&group.0).ok()?;
+            fs::OpenOptions::new()
+                .write(true)
+                .open(group.0.join(limit))
+                .ok()?
+                .write_all(bytes.to_string().as_bytes())
+                .ok()?;
+            Some(group)
+        })
+    }
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        // A failing test must not fail twice.
+        let _ = fs::remove_dir(&self.0);
+    }
+}
+
 /// What would take more memory than there is, is refused before it is begun, with the number of bytes: one detector, and
-/// the usual bank.
+/// the usual bank. A group may have less than the system promises.
 #[test]
 fn too_little_memory() {
+    let limits = ("ulimit -v 1500000".to_owned(), "which the system does not give");
+    let group = Group::new(500 << 20);
+    let enter = |Group(place): &Group| format!("echo $$ > {}/cgroup.procs", place.display());
+    let limits = [limits].into_iter().chain(group.as_ref().map(|group| (enter(group), "are left")));
+    for (limit, reason) in limits {
+        is_refused(&limit, reason);
+    }
+}
+
+fn is_refused(limit: &str, reason: &str) {
     let (_parent, out) = results();
     for (flags, size) in [("--speed 1", (4096, 2048)), ("", (2048, 1024))] {
         let (width, height) = size;
         let line = format!(
-            "ulimit -v 1500000; exec {} run - --raw {width}x{height} --quiet --threads 1 --force {flags} --out {}",
+            "{limit}; exec {} run - --raw {width}x{height} --quiet --threads 1 --force {flags} --out {}",
             env!("CARGO_BIN_EXE_apgstmd"),
             out.display()
         );
@@ -344,7 +382,7 @@ fn too_little_memory() {
         // It may have gone by then.
         let _ = child.stdin.take().unwrap().write_all(&vec![90; width * height]);
         let ran = Ran::from(child.wait_with_output().unwrap());
-        ran.fails(1, &[&format!("frames of {height} x {width}"), "bytes of memory", "does not give"]);
+        ran.fails(1, &[&format!("frames of {height} x {width}"), "bytes of memory", reason]);
         assert!(!out.exists(), "nothing is left behind");
     }
 }

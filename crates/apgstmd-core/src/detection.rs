@@ -4,7 +4,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::frame::Size;
-use crate::memory::heap;
+use crate::memory::{Heap, Memory, heap, owned};
 
 /// One small moving target in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -29,8 +29,9 @@ pub struct Detection {
     pub straightness: f32,
     /// That net displacement, px.
     pub displacement: f32,
-    /// Length of the background's path at the trace meanwhile, px.
-    pub passed: f32,
+    /// Velocity of the trace relative to the background, (x, y) px/frame, y downward: over its last steps, 0.3 of each and 0.7 of those
+    /// before. 0 at first.
+    pub velocity: (f32, f32),
     /// Equivalent contrast: Weber contrast of a black 5 x 5 target on white that looks and responds as strongly, 0..1. Known
     /// to a [`crate::Bank`]; 0 from a detector alone.
     pub contrast: f32,
@@ -93,6 +94,12 @@ impl Default for EgoMotion {
     /// Nothing moves.
     fn default() -> Self {
         Self { rotation: 0.0, zoom: 1.0, residual: 0.0, unexplained: false }
+    }
+}
+
+impl Heap for Response {
+    fn heap(&self) -> Memory {
+        owned((self.map.len() + self.direction.len()) * size_of::<f32>()) + self.detections.heap()
     }
 }
 

@@ -6,10 +6,10 @@ use crate::detection::{Detection, Response};
 use crate::error::{FrameError, ParamError};
 use crate::filter::temporal::MOST_TOGETHER;
 use crate::frame::{Frame, Size};
-use crate::memory::{Heap, Memory, ask_for};
-use crate::model::{Wiring, bytes, lag, latency, wire};
+use crate::memory::{Heap, Memory, ask_for, owned};
+use crate::model::{Wiring, lag, latency, memory, wire};
 use crate::params::Params;
-use crate::plane::{Plane, padded};
+use crate::plane::Plane;
 use crate::probe::Probe;
 use crate::region::{Region, RegionError};
 use crate::row::bands::Bands;
@@ -40,7 +40,7 @@ pub const LEAST_SIDE: usize = 16;
 /// Most pixels of a frame.
 pub const MOST_PIXELS: usize = 1 << 28;
 /// Pixels of a frame that there is memory for wherever this program runs: some tens of megabytes.
-const ALWAYS_THERE: usize = 1 << 16;
+pub(crate) const ALWAYS_THERE: usize = 1 << 16;
 /// Most threads of a detector.
 pub const MOST_THREADS: usize = 256;
 
@@ -110,7 +110,9 @@ impl Detector {
             return Err(ParamError::TooLarge { size, most: MOST_PIXELS });
         }
         let workers = Workers::new(machine)?;
-        ask_for(size, Self::needs(size, params, machine))?;
+        if size.area() > ALWAYS_THERE {
+            ask_for(size, Self::needs(size, params, machine))?;
+        }
         Ok(Self::made(size, params, machine, workers))
     }
 
@@ -129,14 +131,10 @@ impl Detector {
         }
     }
 
-    /// Bytes that it will hold at most, about, where there may be too few: its parameters are valid.
-    pub(crate) fn needs(size: Size, params: &Params, machine: &Machine) -> usize {
-        if size.area() <= ALWAYS_THERE {
-            return 0;
-        }
+    /// What it will hold, about: its parameters are valid.
+    pub(crate) fn needs(size: Size, params: &Params, machine: &Machine) -> Memory {
         let together = together(params, machine);
-        let luminance = (together * size_of::<f32>() * size.height * padded(size.width)) as f64;
-        (luminance + bytes(size, params, machine.threads, together)) as usize
+        owned(together * Plane::bytes(size)) + memory(size, params, machine.threads, together)
     }
 
     /// Looks for targets in a region only, from the next frame on, or again everywhere. What it remembers stays.

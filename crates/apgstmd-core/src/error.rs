@@ -4,6 +4,11 @@ use thiserror::Error;
 
 use crate::frame::Size;
 
+fn what_there_is(available: Option<u64>) -> String {
+    let left = |bytes| format!("but {bytes} are left of what the machine, container or service may have");
+    available.map_or("which the system does not give".to_owned(), left)
+}
+
 /// A parameter that cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -52,16 +57,18 @@ pub enum ParamError {
         /// Most pixels.
         most: usize,
     },
-    /// More memory than the system has.
+    /// More memory than there is.
     #[error(
-        "frames of {size} (height x width) need {bytes} bytes of memory, which the system does not give: smaller frames or \
-         fewer detectors need less"
+        "frames of {size} (height x width) need {bytes} bytes of memory, {}: smaller frames or fewer detectors need less",
+        what_there_is(*.available)
     )]
     Memory {
         /// The size given.
         size: Size,
-        /// What would have been held at most.
+        /// What it would have taken: at least, where it is known what is left; else at most.
         bytes: usize,
+        /// What the machine, the container or the service has left, where that is less.
+        available: Option<u64>,
     },
     /// A thread count that makes no sense.
     #[error("{threads} threads were asked for, but it must be between 1 and {most}")]

@@ -7,6 +7,17 @@ use std::ops::Add;
 use crate::error::ParamError;
 use crate::frame::Size;
 
+#[cfg(target_os = "linux")]
+mod available;
+#[cfg(target_os = "linux")]
+use available::available;
+
+/// Elsewhere nobody tells.
+#[cfg(not(target_os = "linux"))]
+fn available() -> Option<u64> {
+    None
+}
+
 /// Bytes on the heap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
@@ -30,10 +41,14 @@ pub(crate) trait Heap {
 }
 
 /// Asks the system for all of it at once and gives it back: what it refuses now would end the program in the middle of
-/// its allocations.
-pub(crate) fn ask_for(size: Size, bytes: usize) -> Result<(), ParamError> {
+/// its allocations. A system promises more than it has, so that what is sure to be written to must be there.
+pub(crate) fn ask_for(size: Size, needs: Memory) -> Result<(), ParamError> {
+    if let Some(available) = available().filter(|available| *available < needs.resident as u64) {
+        return Err(ParamError::Memory { size, bytes: needs.resident, available: Some(available) });
+    }
     let mut all = Vec::<u8>::new();
-    all.try_reserve_exact(bytes).map_err(|_| ParamError::Memory { size, bytes })?;
+    let refused = |_| ParamError::Memory { size, bytes: needs.bound, available: None };
+    all.try_reserve_exact(needs.bound).map_err(refused)?;
     // What nobody looks at is not asked for.
     black_box(all.as_mut_ptr());
     Ok(())
@@ -128,11 +143,13 @@ mod tests {
             {
                 let size = Size::new(size.0, size.1);
                 let machine = Machine { together, ..Machine::with_threads(threads) };
-                let needs = Detector::needs(size, &params, &machine) as f64;
-                let held = Detector::with_options(size, &params, &machine).unwrap().memory().bound as f64;
-                // Tiles are counted whole.
-                let most = if size.height < 256 { 1.15 * held } else { 1.02 * held };
-                assert!(needs > 0.99 * held && needs < most, "{}, {size}: {needs} {held}", params.model);
+                let needs = Detector::needs(size, &params, &machine);
+                let held = Detector::with_options(size, &params, &machine).unwrap().memory();
+                for (needs, held) in [(needs.bound, held.bound), (needs.resident, held.resident)] {
+                    // Tiles are counted whole.
+                    let (times, most) = (needs as f64 / held as f64, if size.height < 256 { 1.15 } else { 1.03 });
+                    assert!(times > 0.99 && times < most, "{}, {size}: {needs} {held}", params.model);
+                }
             }
         }
     }
@@ -140,9 +157,15 @@ mod tests {
     #[test]
     fn what_there_is_not_is_refused() {
         let size = Size::new(20, 30);
-        assert_eq!(ask_for(size, 1 << 20), Ok(()));
+        assert_eq!(ask_for(size, owned(1 << 20)), Ok(()));
         for bytes in [1 << 62, usize::MAX] {
-            assert_eq!(ask_for(size, bytes), Err(ParamError::Memory { size, bytes }));
+            // What may never be written to must be promised only.
+            let promised = ask_for(size, Memory { bound: bytes, resident: 1 << 20 });
+            assert_eq!(promised, Err(ParamError::Memory { size, bytes, available: None }));
+            let Err(ParamError::Memory { bytes: asked, available, .. }) = ask_for(size, owned(bytes)) else {
+                panic!("{bytes} bytes were given");
+            };
+            assert!(asked == bytes && available.is_none_or(|available| available < bytes as u64), "{available:?}");
         }
     }
 }

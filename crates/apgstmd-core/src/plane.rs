@@ -68,6 +68,11 @@ impl Plane {
         Self { size, data: Buffer::zeros(size.height * padded(size.width)) }
     }
 
+    /// Bytes that one of `size` owns.
+    pub fn bytes(size: Size) -> usize {
+        (size.height * padded(size.width) + 3 * LANES) * size_of::<f32>()
+    }
+
     pub fn size(&self) -> Size {
         self.size
     }

@@ -128,8 +128,11 @@ pub fn is_finite(response: &Response) {
     assert!(response.map.iter().all(|value| value.is_finite()), "the response is finite");
     assert!(response.direction.iter().all(|value| value.is_nan() || value.abs() <= ANGLE), "angles");
     for found in &response.detections {
-        let Detection { x, y, score, direction, straightness, displacement, passed, .. } = *found;
-        assert!([x, y, score, straightness, displacement, passed].iter().all(|value| value.is_finite()), "{found:?}");
+        let Detection { x, y, score, direction, straightness, displacement, velocity, .. } = *found;
+        assert!(
+            [x, y, score, straightness, displacement, velocity.0, velocity.1].iter().all(|value| value.is_finite()),
+            "{found:?}"
+        );
         assert!(direction.is_nan() || direction.abs() <= ANGLE, "{found:?}");
     }
     let EgoMotion { rotation, zoom, residual, .. } = response.ego_motion;

@@ -6,12 +6,14 @@
 //!
 //! State: the sum of the frames taken so far, and how the background has moved meanwhile.
 
+use super::window::{Known, Pixels};
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
 use crate::scroll::Scroll;
 use crate::stage::background::Finding;
 use crate::state::{Remember, StateError, Visit};
+use crate::tiles::Area;
 
 /// Farthest that a target moves from one exposure to the next, px. With a whole pixel, targets that change their speed are lost.
 const FARTHEST: f64 = 0.5;
@@ -35,6 +37,9 @@ pub(super) struct Exposure {
     sum: Plane,
     /// About the frames taken, as if they were one.
     pub found: Finding,
+    /// How the window moved with them, and what of it was known before.
+    by: (isize, isize),
+    before: Area,
     nothing: Finding,
 }
 
@@ -47,7 +52,9 @@ impl Remember for Exposure {
         }
         visit.index("taken", &mut self.taken, self.length + 1)?;
         visit.part("sum", &mut self.sum)?;
-        visit.part("found", &mut self.found)
+        visit.part("found", &mut self.found)?;
+        visit.part("by", &mut Pixels(&mut self.by))?;
+        visit.part("before", &mut Known(&mut self.before, self.sum.size()))
     }
 }
 
@@ -55,7 +62,7 @@ impl Exposure {
     pub fn new(size: Size, length: usize) -> Self {
         let sum = Plane::new(if length == 1 { Size::new(0, 0) } else { size });
         let nothing = Finding::nothing(size);
-        Self { length, taken: 0, sum, found: nothing, nothing }
+        Self { length, taken: 0, sum, found: nothing, by: (0, 0), before: Area::whole(size), nothing }
     }
 
     /// Whether a frame, counted from the start, ends an exposure of several.
@@ -68,15 +75,16 @@ impl Exposure {
     pub fn take(&mut self, frame: u64, scroll: &Scroll<'_>, found: &Finding) -> bool {
         let p = scroll.p;
         if self.length == 1 {
-            (self.taken, self.found) = (1, *found);
+            self.begin(scroll, found);
             return true;
         }
         if self.taken == 0 || found.cut || self.is_last(frame.wrapping_sub(1)) {
-            self.found = *found;
-            self.taken = 1;
+            self.begin(scroll, found);
             self.sum.data_mut().copy_from_slice(p.data());
         } else {
             self.found = self.found.then(found);
+            self.by = (self.by.0.saturating_add(scroll.by.0), self.by.1.saturating_add(scroll.by.1));
+            self.before = self.before.moved(scroll.by, p.size());
             self.sum.scroll(scroll, self.taken as f32);
             self.taken += 1;
             self.sum.data_mut().iter_mut().zip(p.data()).for_each(|(sum, p)| *sum += p);
@@ -89,13 +97,22 @@ impl Exposure {
         due
     }
 
+    fn begin(&mut self, scroll: &Scroll<'_>, found: &Finding) {
+        (self.taken, self.found, self.by, self.before) = (1, *found, scroll.by, scroll.before);
+    }
+
+    /// The frames taken as one, where `last` is the last.
+    pub fn scroll<'a>(&'a self, last: Scroll<'a>) -> Scroll<'a> {
+        Scroll { by: self.by, p: self.p(last.p), before: self.before, ..last }
+    }
+
     /// P of the frames taken as one, where `p` is that of the last.
-    pub fn p<'a>(&'a self, p: &'a Plane) -> &'a Plane {
+    fn p<'a>(&'a self, p: &'a Plane) -> &'a Plane {
         if self.length == 1 { p } else { &self.sum }
     }
 
     pub fn reset(&mut self) {
-        (self.taken, self.found) = (0, self.nothing);
+        (self.taken, self.found, self.by) = (0, self.nothing, (0, 0));
         self.sum.fill(0.0);
     }
 }

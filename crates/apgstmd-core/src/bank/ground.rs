@@ -8,6 +8,7 @@
 use crate::frame::Size;
 use crate::memory::heap;
 use crate::plane::Plane;
+use crate::row::bands::{Bands, Rows};
 use crate::scroll::Scroll;
 use crate::state::remember;
 
@@ -15,7 +16,6 @@ use crate::state::remember;
 const SHORTEST: f64 = 32.0;
 /// A target moves by so many px in them: one of 5 px loses a twentieth to the mean before its middle has come.
 const FAR: f64 = 50.0;
-
 /// Share of them that the first frame counts for.
 const FIRST: f64 = 0.25;
 
@@ -42,7 +42,7 @@ impl Ground {
     }
 
     /// Takes the next frame, before which the mean moves; of what comes into the picture nothing is new.
-    pub fn take(&mut self, scroll: &Scroll<'_>) {
+    pub fn take(&mut self, bands: &Bands, scroll: &Scroll<'_>) {
         let Self { length, mean, frames, new } = self;
         if *frames == 0.0 {
             mean.data_mut().copy_from_slice(scroll.p.data());
@@ -52,11 +52,17 @@ impl Ground {
         }
         *frames = (*frames + 1.0).min(*length);
         let share = (1.0 / *frames) as f32;
-        let values = new.data_mut().iter_mut().zip(mean.data_mut()).zip(scroll.p.data());
-        for ((new, mean), p) in values {
-            *new = p - *mean;
-            *mean += share * *new;
-        }
+        let (height, stride) = (new.size().height, new.stride());
+        let out = [new, mean].map(|plane| Rows { data: plane.data_mut(), stride });
+        bands.over(height, out, |range, [mut new, mut mean]| {
+            for (row, y) in range.enumerate() {
+                let values = new.row(row).iter_mut().zip(mean.row(row)).zip(scroll.p.padded_row(y));
+                for ((new, mean), p) in values {
+                    *new = p - *mean;
+                    *mean += share * *new;
+                }
+            }
+        });
     }
 
     pub fn reset(&mut self) {
@@ -86,7 +92,7 @@ mod tests {
             let (by, scrolled) = [(-1, 0), (2, 2), (-1, 1)][t as usize % 3];
             let target = 38 - t;
             let p = row(|x| texture(x - scrolled) + if (x - target).abs() <= 1 { -0.4 } else { 0.0 });
-            ground.take(&Scroll { by: (by, 0), ..Scroll::none(&p) });
+            ground.take(&Bands::single(), &Scroll { by: (by, 0), ..Scroll::none(&p) });
             for (x, new) in (0..).zip(ground.new.row(1)).skip(2).take(32) {
                 let expected = if (x - target).abs() <= 1 { -0.4 } else { 0.0 };
                 // The mean has kept some of the target, which was at a place for up to five of its 28 frames or more.
@@ -99,7 +105,7 @@ mod tests {
     fn the_first_frame_is_old_and_after_a_reset_so_is_the_next() {
         let mut ground = Ground::new(SIZE, length(1.0));
         let new = |ground: &mut Ground, value: f32| {
-            ground.take(&Scroll::none(&row(|_| value)));
+            ground.take(&Bands::single(), &Scroll::none(&row(|_| value)));
             ground.new.row(0)[7]
         };
         assert_eq!(new(&mut ground, 0.75), 0.0);

@@ -11,24 +11,24 @@ use serde::{Deserialize, Serialize};
 
 use super::exposure::Exposure;
 use super::params::{BankParams, Member};
-use super::pyramid::Level;
+use super::pyramid::{Level, reduced};
 use super::spot::{Ideal, Profile, farthest, places};
 use super::window;
 use crate::detection::{Detection, Response};
 use crate::detector::Detector;
 use crate::error::ParamError;
 use crate::frame::Size;
-use crate::memory::{Heap, Memory, heap};
+use crate::memory::{Heap, Memory, heap, owned};
 use crate::model::lag;
 use crate::params::Localise;
+use crate::plane::Plane;
 use crate::region::{Region, RegionError};
 use crate::row::bands::Bands;
 use crate::row::machine::Machine;
 use crate::row::workers::Workers;
-use crate::scroll::Scroll;
 use crate::stage::background::{Finding, Motion};
 use crate::state::{Remember, StateError, Visit};
-use crate::tiles::{Area, TILE};
+use crate::tiles::TILE;
 use crate::timing::Timing;
 
 /// Frames after which a trace that is not seen is forgotten.
@@ -37,13 +37,8 @@ const FORGOTTEN: u64 = 16;
 const MOST_POINTS: f32 = 60.0;
 /// Net displacement after which more of it counts no more, px of the full picture: branches that sway come less far.
 const FAR: f32 = 20.0;
-/// It should be this share of the path of the background.
-const BESIDE: f32 = 0.5;
-
-/// Size of the frames that a member sees.
-fn reduced(full: Size, member: &Member) -> Size {
-    Size::new(full.height / member.scale, full.width / member.scale)
-}
+/// The way of a trace that is faster, px/frame of its own scale, is its direction; that of slower ones is known better by the response.
+const FAST: f32 = 0.9;
 
 /// What a bank remembers of a trace of a member.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -51,51 +46,12 @@ pub(super) struct Known {
     pub trace: u64,
     /// Frame it was last seen in.
     last: u64,
-    heading: Heading,
     profile: Profile,
     /// Its number in the bank.
     pub id: Option<u64>,
 }
 
 heap!(Known);
-
-/// How a trace moves in the world.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Heading {
-    /// Where it was last, px.
-    place: (f32, f32),
-    /// px/frame.
-    velocity: (f32, f32),
-    /// Steps that the velocity is of.
-    steps: f32,
-}
-
-/// Most steps of a trace that its velocity is averaged over, and the fewest that tell of one.
-const STEPS: (f32, f32) = (6.0, 3.0);
-/// It tells the direction when the trace comes so far in these, px: of slow ones the response does.
-const STRIDE: f32 = 6.0;
-
-impl Heading {
-    /// It was seen again, after so many frames.
-    fn follow(&mut self, (x, y): (f32, f32), frames: f32) {
-        self.steps = (self.steps + 1.0).min(STEPS.0);
-        let share = 1.0 / self.steps;
-        self.velocity.0 += share * ((x - self.place.0) / frames - self.velocity.0);
-        self.velocity.1 += share * ((y - self.place.1) / frames - self.velocity.1);
-        self.place = (x, y);
-    }
-
-    /// Counter-clockwise on the screen.
-    fn direction(&self) -> Option<f32> {
-        let (dx, dy) = self.velocity;
-        (self.steps >= STEPS.1 && self.steps * dx.hypot(dy) >= STRIDE).then(|| (-dy).atan2(dx))
-    }
-
-    fn is_sound(&self) -> bool {
-        let Self { place: (x, y), velocity: (dx, dy), steps } = *self;
-        [x, y, dx, dy, steps].iter().all(|value| value.is_finite())
-    }
-}
 
 /// A detection of a member, on its way to be merged.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -133,11 +89,7 @@ pub(super) struct Running {
     pub candidates: Vec<Candidate>,
     /// Of the last frame.
     pub timing: Timing,
-    /// By how many whole pixels its window has moved since it last processed a frame.
-    moved: (isize, isize),
-    /// What it knew then of what is seen, as it lies now.
-    before: Area,
-    /// How its window lay beside the picture then, whole pixels.
+    /// How its window lay beside the picture when it last processed a frame, whole pixels.
     pub beside: (isize, isize),
 }
 
@@ -147,26 +99,12 @@ impl Heap for Running {
     }
 }
 
-/// Whole pixels to the right and down, in a state.
-struct Sides<'a>(&'a mut (isize, isize));
-
-impl Remember for Sides<'_> {
-    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
-        let mut sides = (self.0.0 as f64, self.0.1 as f64);
-        sides.show(visit)?;
-        *self.0 = (sides.0 as isize, sides.1 as isize);
-        Ok(())
-    }
-}
-
 impl Remember for Running {
     fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
         visit.part("detector", &mut self.detector)?;
         visit.part("exposure", &mut self.exposure)?;
         if self.holds() {
-            visit.part("moved", &mut Sides(&mut self.moved))?;
-            visit.part("before", &mut window::Known(&mut self.before, self.detector.size()))?;
-            visit.part("beside", &mut Sides(&mut self.beside))?;
+            visit.part("beside", &mut window::Pixels(&mut self.beside))?;
             let most = window::farthest(self.member.scale) as isize;
             let near = |side: isize| side.clamp(-most, most);
             self.beside = (near(self.beside.0), near(self.beside.1));
@@ -176,7 +114,7 @@ impl Remember for Running {
             let has = |candidate: &Candidate| known.binary_search_by_key(&candidate.trace, |known| known.trace).is_ok();
             (known.len() <= most.0 && held.len() <= most.1)
                 && known.is_sorted_by(|a, b| a.trace < b.trace)
-                && known.iter().all(|known| known.profile.is_sound() && known.heading.is_sound())
+                && known.iter().all(|known| known.profile.is_sound())
                 && held.iter().all(|candidate| candidate.is_sound() && has(candidate))
         };
         let held = if self.holds() { self.candidates.clone() } else { Vec::new() };
@@ -201,7 +139,7 @@ impl Running {
     ) -> Result<Self, ParamError> {
         let params = bank.of(&member)?;
         params.validate()?;
-        let size = reduced(full, &member);
+        let size = reduced(full, member.scale);
         // It runs on the threads of the bank.
         let own = Workers::new(&Machine { threads: 1, ..*machine })?;
         let mut detector = Detector::made(size, &params, machine, own);
@@ -225,15 +163,15 @@ impl Running {
             known: Vec::with_capacity(peaks * (FORGOTTEN as usize + 2)),
             candidates: Vec::with_capacity(peaks),
             timing: Timing::default(),
-            moved: (0, 0),
-            before: Area::whole(size),
             beside: (0, 0),
         })
     }
 
-    /// Bytes that it will hold at most, about.
-    pub fn needs(member: &Member, full: Size, bank: &BankParams, machine: &Machine) -> Result<usize, ParamError> {
-        Ok(Detector::needs(reduced(full, member), &bank.of(member)?, machine))
+    /// What it will hold, about, with what it shows.
+    pub fn needs(member: &Member, full: Size, bank: &BankParams, machine: &Machine) -> Result<Memory, ParamError> {
+        let size = reduced(full, member.scale);
+        let maps = if member.exposure() == 1 { 2 } else { 3 };
+        Ok(Detector::needs(size, &bank.of(member)?, machine) + owned(maps * Plane::bytes(size)))
     }
 
     /// Sees what can be of a target in the region.
@@ -246,10 +184,6 @@ impl Running {
     /// Lets go of candidates elsewhere.
     pub fn report_in(&mut self, region: &Region) {
         self.candidates.retain(|candidate| region.contains(candidate.found.x, candidate.found.y));
-    }
-
-    fn forget_window(&mut self) {
-        (self.moved, self.before, self.beside) = ((0, 0), Area::whole(self.detector.size()), (0, 0));
     }
 
     pub fn own_speed(&self) -> f64 {
@@ -281,7 +215,7 @@ impl Running {
     pub fn reset(&mut self, seen: &mut Response) {
         seen.clear();
         self.exposure.reset();
-        self.forget_window();
+        self.beside = (0, 0);
         self.detector.reset();
         self.known.clear();
         self.candidates.clear();
@@ -290,15 +224,8 @@ impl Running {
     /// Takes frame `frame` since the start. It is `due` where that is to be processed, else its candidates and maps go on.
     pub fn take(&mut self, frame: u64, level: &Level, seen: &mut Response) {
         self.timing = Timing::default();
-        let (found, scroll) = (&level.found, level.window.scroll());
-        if found.cut {
-            self.forget_window();
-        } else {
-            let (right, down) = scroll.by;
-            self.moved = (self.moved.0.saturating_add(right), self.moved.1.saturating_add(down));
-            self.before = self.before.moved(scroll.by, self.detector.size());
-        }
-        self.due = self.exposure.take(frame, &scroll, &level.told());
+        let found = &level.found;
+        self.due = self.exposure.take(frame, &level.window.scroll(), &level.told());
         if self.due {
             return;
         }
@@ -312,18 +239,9 @@ impl Running {
     /// Processes what was taken, and makes candidates of what it shows.
     pub fn process(&mut self, bands: &Bands, level: &Level, seen: &mut Response) {
         self.due = false;
-        let shown = level.window.scroll();
-        let by = std::mem::take(&mut self.moved);
-        let before = std::mem::replace(&mut self.before, shown.seen);
-        // Of a member that sees each frame they are those of the window.
-        let scroll = if self.holds() { Scroll { by, p: self.exposure.p(shown.p), before, ..shown } } else { shown };
-        let by = scroll.by;
+        let scroll = self.exposure.scroll(level.window.scroll());
         self.detector.process_seen(bands, (&scroll, &self.exposure.found), seen, &mut self.timing);
         let now = self.detector.frames();
-        for known in &mut self.known {
-            known.heading.place.0 += by.0 as f32;
-            known.heading.place.1 += by.1 as f32;
-        }
         self.known.retain(|known| now.saturating_sub(known.last) <= FORGOTTEN);
         self.candidates.clear();
         let p_size = self.detector.size();
@@ -333,20 +251,17 @@ impl Running {
             let index = match self.known.binary_search_by_key(&found.trace, |known| known.trace) {
                 Ok(index) => index,
                 Err(index) => {
-                    let heading = Heading { place: (found.x, found.y), ..Heading::default() };
-                    let begun = Known { trace: found.trace, last: now, heading, profile: Profile::EMPTY, id: None };
+                    let begun = Known { trace: found.trace, last: now, profile: Profile::EMPTY, id: None };
                     self.known.insert(index, begun);
                     index
                 }
             };
             let known = &mut self.known[index];
-            if now > known.last {
-                known.heading.follow((found.x, found.y), (now - known.last) as f32);
-            }
             known.last = now;
             let mut moved = *found;
-            if !found.direction.is_nan() {
-                moved.direction = known.heading.direction().unwrap_or(found.direction);
+            let (dx, dy) = found.velocity;
+            if !found.direction.is_nan() && dx.hypot(dy) >= FAST {
+                moved.direction = (-dy).atan2(dx);
             }
             known.profile.add(new, (found.x, found.y), moved.direction, self.places);
             let Some(spot) = known.profile.spot(self.places, !found.direction.is_nan()) else { continue };
@@ -361,11 +276,12 @@ impl Running {
             let of_spot = (spot.difference.abs() / self.ideal.difference).min(1.0);
             let contrast = (of_response * of_spot).sqrt();
             let scale = self.member.scale as f32;
+            let share = scale / self.exposure.taken as f32;
             let mut found = Detection {
                 x: full(moved.x, scale),
                 y: full(moved.y, scale),
                 displacement: found.displacement * scale,
-                passed: found.passed * scale,
+                velocity: (dx * share, dy * share),
                 contrast,
                 speed: self.member.speed as f32,
                 size: found.size * scale,
@@ -414,9 +330,9 @@ impl Candidate {
     }
 
     fn is_sound(&self) -> bool {
-        let Detection { x, y, score, straightness, displacement, passed, contrast, speed, size, .. } = self.found;
+        let Detection { x, y, score, straightness, displacement, contrast, speed, size, velocity, .. } = self.found;
         let (right, down) = self.drift;
-        let all = [x, y, score, straightness, displacement, passed, contrast, speed, size, right, down];
+        let all = [x, y, score, straightness, displacement, contrast, speed, size, right, down, velocity.0, velocity.1];
         all.iter().all(|value| value.is_finite())
     }
 }
@@ -430,12 +346,10 @@ fn reduced_place(place: f32, scale: f32) -> f32 {
     (place + 0.5) / scale - 0.5
 }
 
-/// What its trace says of a detection, 0 to 1: how straight it is, how long it has been seen, and how far it has come, in all and
-/// beside the background: what a pan carries along comes less far than that.
+/// What its trace says of a detection, 0 to 1: how straight it is, how long it has been seen, and how far it has come.
 fn evidence(found: &Detection) -> f32 {
     let seen = (found.points as f32 / MOST_POINTS).min(1.0) * (found.displacement / FAR).min(1.0);
-    let beside = if found.passed > 0.0 { (found.displacement / (BESIDE * found.passed)).min(1.0) } else { 1.0 };
-    found.straightness.powi(2) * seen.sqrt() * beside
+    found.straightness.powi(2) * seen.sqrt()
 }
 
 /// A row of the bank's maps: the largest equivalent contrast over the members, and the direction there.
@@ -491,15 +405,12 @@ mod tests {
 
     #[test]
     fn what_a_trace_says() {
-        let complete =
-            Detection { straightness: 1.0, points: 60, displacement: 20.0, passed: 40.0, ..Detection::default() };
+        let complete = Detection { straightness: 1.0, points: 60, displacement: 20.0, ..Detection::default() };
         assert_eq!(evidence(&complete), 1.0);
         assert_eq!(evidence(&Detection { straightness: 0.5, ..complete }), 0.25);
         assert_eq!(evidence(&Detection { points: 15, ..complete }), 0.5);
-        assert_eq!(evidence(&Detection { displacement: 5.0, passed: 0.0, ..complete }), 0.5);
-        // A pan carried it along.
-        assert_eq!(evidence(&Detection { displacement: 20.0, passed: 160.0, ..complete }), 0.25);
-        assert_eq!(evidence(&Detection { displacement: 0.0, passed: 0.0, ..complete }), 0.0);
+        assert_eq!(evidence(&Detection { displacement: 5.0, ..complete }), 0.5);
+        assert_eq!(evidence(&Detection { displacement: 0.0, ..complete }), 0.0);
     }
 
     #[test]

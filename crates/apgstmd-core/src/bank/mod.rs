@@ -22,7 +22,7 @@ mod spot;
 mod window;
 
 use crate::detection::Response;
-use crate::detector::{LEAST_SIDE, MOST_PIXELS};
+use crate::detector::{ALWAYS_THERE, LEAST_SIDE, MOST_PIXELS};
 use crate::error::{FrameError, ParamError};
 use crate::frame::{Frame, Size};
 use crate::memory::{Heap, Memory, ask_for};
@@ -50,7 +50,6 @@ pub use params::{BankParams, Member, SCALES};
 /// Scores are comparable between members, clips and settings, 0 to 1: the equivalent contrast, times
 /// - straightness^2 x sqrt(points / 60) of the trace,
 /// - sqrt(displacement / 20 px): what sways comes less far,
-/// - displacement / (passed / 2): what a pan carries along is not left behind by the background,
 /// - s / (s + 20 c), of the score s so far and the clutter c at the place: the mean over the last 300 frames of the scores of other
 ///   numbers found there, each times a Gaussian of its distance (5 px),
 /// - 0.3 for what lies within 30 px of something with more than twice its score, of which it may be an echo;
@@ -123,6 +122,11 @@ impl Remember for Bank {
     }
 }
 
+/// Of the members of a scale, in px/frame of its own.
+fn speeds(members: &[Member], scale: usize) -> impl Iterator<Item = f64> {
+    members.iter().filter(move |member| member.scale == scale).map(Member::own_speed)
+}
+
 impl Bank {
     /// A bank for frames of `size`, using as many threads as the machine has cores.
     ///
@@ -152,14 +156,12 @@ impl Bank {
         // Frames come one by one.
         let machine = &Machine { together: 1, ..*machine };
         let workers = Workers::new(machine)?;
-        let needs = used.iter().map(|member| Running::needs(member, size, params, machine));
-        ask_for(size, needs.sum::<Result<_, _>>()?)?;
+        if size.area() > ALWAYS_THERE {
+            ask_for(size, Self::needs(size, params, &used, machine)?)?;
+        }
         let levels = SCALES.iter().filter(|scale| **scale <= largest);
         let levels: Vec<Level> = levels
-            .map(|scale| {
-                let speeds = used.iter().filter(|member| member.scale == *scale).map(Member::own_speed);
-                Level::new(size, *scale, &params.base, machine.threads, speeds)
-            })
+            .map(|scale| Level::new(size, *scale, &params.base, machine.threads, speeds(&used, *scale)))
             .collect();
         let finest = used.iter().map(|member| member.scale).min().unwrap_or(1);
         let finest = levels.iter().position(|level| level.scale == finest).expect("every scale has its level");
@@ -186,6 +188,14 @@ impl Bank {
             timing: Timing::default(),
             workers,
         })
+    }
+
+    /// What it will hold with the members that are `used`, about.
+    fn needs(size: Size, params: &BankParams, used: &[Member], machine: &Machine) -> Result<Memory, ParamError> {
+        let of_members = used.iter().map(|member| Running::needs(member, size, params, machine));
+        let scales = SCALES.iter().filter(|scale| used.iter().any(|member| member.scale >= **scale));
+        let of_levels = scales.map(|scale| Ok(Level::needs(size, *scale, speeds(used, *scale))));
+        of_members.chain(of_levels).try_fold(Memory::default(), |all, one| Ok(all + one?))
     }
 
     /// Looks for targets in a region only: see [`crate::Detector::look_in`]. A reduced pixel is inside where any of its pixels is.
@@ -226,9 +236,9 @@ impl Bank {
         self.workers.simd()
     }
 
-    /// The memory it holds, as [`crate::Detector::memory`] counts it.
+    /// The memory it holds, as [`crate::Detector::memory`] counts it, with the maps of its members.
     pub fn memory(&self) -> Memory {
-        self.levels.heap() + self.background.heap() + self.members.heap() + self.merge.heap()
+        self.levels.heap() + self.background.heap() + self.members.heap() + self.seen.heap() + self.merge.heap()
     }
 
     /// Frames processed since construction or the last reset.
@@ -399,4 +409,27 @@ fn before_others(due: usize, threads: usize) -> usize {
 /// Speed that parameters are tuned to, px/frame.
 fn tuned(params: &crate::params::Params) -> f64 {
     lag::tuned_speed(params)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_for_is_what_is_held() {
+        let banks =
+            [(&[1.0][..], (270, 480)), (&[0.06, 0.25, 2.0], (270, 480)), (&[8.0], (1080, 1920)), (&[], (540, 960))];
+        for (speeds, (height, width)) in banks {
+            let speeds = Some(speeds).filter(|speeds| !speeds.is_empty());
+            let params = BankParams::choose(BankParams::default().base, speeds, None);
+            let (size, machine) = (Size::new(height, width), Machine { together: 1, ..Machine::with_threads(2) });
+            let needs = Bank::needs(size, &params, &params.members, &machine).unwrap();
+            let held = Bank::with_options(size, &params, &machine).unwrap().memory();
+            for (needs, held) in [(needs.bound, held.bound), (needs.resident, held.resident)] {
+                // Tiles are counted whole.
+                let times = needs as f64 / held as f64;
+                assert!(times > 0.99 && times < 1.05, "{speeds:?}, {size}: {needs} {held}");
+            }
+        }
+    }
 }

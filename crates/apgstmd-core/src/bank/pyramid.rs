@@ -4,7 +4,7 @@
 use super::ground::{self, Ground};
 use super::window::Window;
 use crate::frame::Size;
-use crate::memory::heap;
+use crate::memory::{Memory, heap, owned};
 use crate::params::Params;
 use crate::plane::Plane;
 use crate::row::bands::{Bands, Rows};
@@ -24,20 +24,36 @@ pub(super) struct Level {
 
 heap!(Level { luminance, p, window, grounds, retina });
 
+/// Of frames of `size`. Rows and columns left over at the end are not seen.
+pub(super) fn reduced(size: Size, scale: usize) -> Size {
+    Size::new(size.height / scale, size.width / scale)
+}
+
+/// Frames of the means that members of `speeds` need.
+fn lengths(speeds: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut lengths = Vec::new();
+    for length in speeds.map(ground::length) {
+        if !lengths.contains(&length) {
+            lengths.push(length);
+        }
+    }
+    lengths
+}
+
 impl Level {
-    /// Its members have targets of `speeds`, in px/frame of its own. Rows and columns left over at the end of a frame are not seen.
+    /// Its members have targets of `speeds`, in px/frame of its own.
     pub fn new(size: Size, scale: usize, params: &Params, threads: usize, speeds: impl Iterator<Item = f64>) -> Self {
-        let size = Size::new(size.height / scale, size.width / scale);
+        let size = reduced(size, scale);
         let plane = || Plane::new(size);
         let retina = Retina::new(&params.retina, threads);
         let window = Window::new(size, scale, threads);
-        let mut grounds: Vec<Ground> = Vec::new();
-        for length in speeds.map(ground::length) {
-            if grounds.iter().all(|ground| ground.length != length) {
-                grounds.push(Ground::new(size, length));
-            }
-        }
+        let grounds = lengths(speeds).into_iter().map(|length| Ground::new(size, length)).collect();
         Self { scale, luminance: plane(), p: plane(), found: Finding::nothing(size), window, grounds, retina }
+    }
+
+    /// What it will hold, about: its luminance, P, the window and two maps for each mean.
+    pub fn needs(size: Size, scale: usize, speeds: impl Iterator<Item = f64>) -> Memory {
+        owned((3 + 2 * lengths(speeds).len()) * Plane::bytes(reduced(size, scale)))
     }
 
     /// Goes along with the background, which was `found` to move, or, where that is too little to tell, to stand `still`.
@@ -49,7 +65,7 @@ impl Level {
             if found.cut {
                 ground.reset();
             }
-            ground.take(&scroll);
+            ground.take(bands, &scroll);
         }
         self.found = *found;
     }

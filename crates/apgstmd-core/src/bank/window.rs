@@ -37,7 +37,7 @@ pub(super) struct Window {
     shown: Plane,
     /// What was seen before the last frame, as it lies now, and with it. Corners between the two count as seen.
     before: Area,
-    pub seen: Area,
+    seen: Area,
     /// A row between the rows of the picture, with what lies beside it, and what is seen of it.
     scratch: Scratch<[Vec<f32>; 2]>,
 }
@@ -52,6 +52,18 @@ impl Remember for Window {
         let farthest = FARTHEST * self.step as f64;
         let near = |side: f64| side.clamp(-farthest, farthest);
         self.beside = (near(self.beside.0), near(self.beside.1));
+        Ok(())
+    }
+}
+
+/// Whole pixels to the right and down, in a state.
+pub(super) struct Pixels<'a>(pub &'a mut (isize, isize));
+
+impl Remember for Pixels<'_> {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let mut sides = (self.0.0 as f64, self.0.1 as f64);
+        sides.show(visit)?;
+        *self.0 = (sides.0 as isize, sides.1 as isize);
         Ok(())
     }
 }
@@ -133,21 +145,21 @@ impl Window {
                     if columns.is_empty() {
                         continue;
                     }
-                    let rows = |tap: usize| {
+                    let row_of = |tap: usize| {
                         let y = (y + tap).saturating_add_signed(top).min(size.height - 1);
                         (down[tap], p.padded_row(y))
                     };
                     let between = &mut line[LANES..LANES + stride];
                     between.fill(0.0);
-                    add_scaled(level, &[0, 1, 2, 3].map(rows), between);
+                    add_scaled(level, &std::array::from_fn::<_, TAPS, _>(row_of), between);
                     // Beyond the border is what is at it.
                     let (start, end) = (between[0], between[size.width - 1]);
                     line[..LANES].fill(start);
                     line[LANES + size.width..].fill(end);
                     let first = LANES.saturating_add_signed(left);
                     seen.fill(0.0);
-                    let taps = [0, 1, 2, 3].map(|tap| (across[tap], &line[first + tap..first + tap + stride]));
-                    add_scaled(level, &taps, seen);
+                    let column_of = |tap: usize| (across[tap], &line[first + tap..first + tap + stride]);
+                    add_scaled(level, &std::array::from_fn::<_, TAPS, _>(column_of), seen);
                     out.part(row, columns.clone()).copy_from_slice(&seen[columns]);
                 }
             });

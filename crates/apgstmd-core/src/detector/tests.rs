@@ -36,6 +36,7 @@ fn is_seen_alike(params: &Params, margin: usize) {
     let (mut seen, mut carried) = (resting.make_response(), moving.make_response());
     let (bands, mut timing) = (Bands::single(), Timing::default());
     let mut before = (0isize, 0isize);
+    let tolerance = if matches!(params.model, Model::Cascaded | Model::Estmd) { 1e-4 } else { 1e-5 };
     let mut compared = 0;
     for t in 0..56usize {
         // Left and right by up to five a frame, down and up, across the edges of tiles.
@@ -60,9 +61,9 @@ fn is_seen_alike(params: &Params, margin: usize) {
                     continue;
                 }
                 let (one, other) = (seen.map[[y, x]], carried.map[place.map(|place| place as usize)]);
-                // f32 sums in another order.
+                // f32 sums in another order, of which the older models multiply differences.
                 assert!(
-                    (one - other).abs() <= 1e-4 * most,
+                    (one - other).abs() <= tolerance * most,
                     "{}, frame {t}, ({x}, {y}): {one} {other} of {most}",
                     params.model
                 );

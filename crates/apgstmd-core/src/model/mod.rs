@@ -11,7 +11,7 @@ use ndarray::{Array3, ArrayView3, Axis, concatenate};
 
 use crate::detection::Response;
 use crate::frame::Size;
-use crate::memory::Heap;
+use crate::memory::{Heap, Memory};
 use crate::params::{Model, Params};
 use crate::plane::Plane;
 use crate::probe::Stage;
@@ -80,14 +80,15 @@ pub(crate) fn wire(size: Size, params: &Params, threads: usize, together: usize)
     }
 }
 
-/// Bytes that [`wire`] comes to, about, found from two smaller ones: they grow with the tiles of a frame.
-pub(crate) fn bytes(size: Size, params: &Params, threads: usize, together: usize) -> f64 {
-    let of = |side: usize| wire(Size::new(side, side), params, threads, together).heap().bound as f64;
+/// What [`wire`] comes to, about, found from two smaller ones: it grows with the tiles of a frame.
+pub(crate) fn memory(size: Size, params: &Params, threads: usize, together: usize) -> Memory {
+    let of = |side: usize| wire(Size::new(side, side), params, threads, together).heap();
     let tiles = |height: usize, width: usize| (height.div_ceil(TILE) * width.div_ceil(TILE)) as f64;
     // From 128 on what follows the background takes no more samples.
     let (small, large) = (of(128), of(256));
-    let each = (large - small) / (tiles(256, 256) - tiles(128, 128));
-    large + each * (tiles(size.height, size.width) - tiles(256, 256))
+    let further = (tiles(size.height, size.width) - tiles(256, 256)) / (tiles(256, 256) - tiles(128, 128));
+    let bytes = |small: usize, large: usize| (large as f64 + further * (large as f64 - small as f64)) as usize;
+    Memory { bound: bytes(small.bound, large.bound), resident: bytes(small.resident, large.resident) }
 }
 
 /// Frames from the onset of a matched target to its complete response: the longest delay, and the horizon of the

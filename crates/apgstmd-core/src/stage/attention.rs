@@ -85,10 +85,9 @@ impl Scrolls for Attention {
             return;
         }
         if active.contains(&true) {
-            for plane in [&mut *region, masked] {
-                let size = plane.size();
-                scroll_maps(plane.data_mut(), size, 1, scroll.by);
-            }
+            let size = region.size();
+            scroll_maps(region.data_mut(), size, 1, scroll.by);
+            masked.fill(0.0);
             for (tile, active) in active.iter_mut().enumerate() {
                 let Area { top, left, rows, columns } = grid.area(tile);
                 let rows = (top..top + rows).map(|y| &region.row(y)[left..left + columns]);

@@ -152,11 +152,10 @@ impl Gains {
                 }
                 self.mask[target] |= from.mask[tile];
                 let (here, there) = (grid.area(target), grid.area(tile));
-                let (first, last) =
-                    (here.left.max(moved.left), (here.left + here.columns).min(moved.left + moved.columns));
+                let (first, last) = (here.left.max(moved.left), here.across().end.min(moved.across().end));
                 let source = first.wrapping_add_signed(-by.0) - there.left;
                 let into = &mut self.data[self.block[target] as usize * BLOCK..][..BLOCK];
-                for y in here.top.max(moved.top)..(here.top + here.rows).min(moved.top + moved.rows) {
+                for y in here.top.max(moved.top)..here.down().end.min(moved.down().end) {
                     let row = (y.wrapping_add_signed(-by.1) - there.top) * TILE + source;
                     let into_row = (y - here.top) * TILE + first - here.left;
                     for (into, from) in into.chunks_exact_mut(TILE_AREA).zip(block.0.chunks_exact(TILE_AREA)) {

@@ -90,7 +90,7 @@ pub(crate) fn report<const N: usize>(rejection: &Rejection<N>, q: impl Fn(&Peak)
             points: evidence.points,
             straightness: evidence.course.straightness,
             displacement: evidence.course.displacement,
-            passed: evidence.course.passed,
+            velocity: evidence.course.velocity,
             ..Detection::default()
         }
     }));

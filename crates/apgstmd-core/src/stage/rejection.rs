@@ -227,7 +227,6 @@ impl<const N: usize> Rejection<N> {
         self.traces.link(&self.finder.peaks, &motion, |peak| Point {
             place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
             step: 0.0,
-            passed: 0.0,
             contrast: if mode == RejectionMode::Contrast {
                 contrast.at(p, peak.x, peak.y)
             } else {

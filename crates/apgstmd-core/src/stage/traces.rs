@@ -21,10 +21,8 @@ use crate::state::{Remember, StateError, Visit};
 pub(crate) struct Point {
     /// Where what it passed is now.
     pub place: (f64, f64),
-    /// Distance of that from the trace's point before, and path of the background at the trace since that, px of the present
-    /// picture.
+    /// Distance of that from the trace's point before, px of the present picture.
     pub step: f64,
-    pub passed: f64,
     /// Directional contrast there.
     pub contrast: [f32; ORIENTATIONS],
 }
@@ -37,8 +35,6 @@ pub(crate) struct Trace {
     /// Relative to the background, with which the place is carried along.
     carried: Track,
     missed: u32,
-    /// Path of the background since its last point, px.
-    passing: f64,
     /// Points so far, those that are remembered and earlier ones.
     pub count: u32,
     /// The last ones, as many as are remembered.
@@ -52,8 +48,8 @@ pub(crate) struct Course {
     pub displacement: f32,
     /// That over the length of the path between them.
     pub straightness: f32,
-    /// Path of the background meanwhile, px.
-    pub passed: f32,
+    /// Relative to the background, px/frame, y downward: of the last steps, the latest counting most.
+    pub velocity: (f32, f32),
 }
 
 /// Points over which the course is told.
@@ -124,7 +120,6 @@ impl Traces {
             seen: Track::default(),
             carried: Track::default(),
             missed: 0,
-            passing: 0.0,
             count: 0,
             points: VecDeque::with_capacity(window.max(REMEMBERED) + 1),
         };
@@ -149,10 +144,8 @@ impl Traces {
         for trace in &mut self.living {
             for point in &mut trace.points {
                 point.place = motion.carry(point.place);
-                (point.step, point.passed) = (zoom * point.step, zoom * point.passed);
+                point.step *= zoom;
             }
-            let (dx, dy) = motion.at(trace.carried.place);
-            trace.passing += dx.hypot(dy);
             trace.carried.place = motion.carry(trace.carried.place);
         }
     }
@@ -254,11 +247,9 @@ impl Trace {
         let places = tracks.iter().flat_map(|track| [track.place, track.velocity]);
         let points = self.points.iter().map(|point| point.place);
         let finite = |(x, y): (f64, f64)| x.is_finite() && y.is_finite();
-        let of_point = |point: &Point| {
-            (point.step + point.passed).is_finite() && point.contrast.iter().all(|value| value.is_finite())
-        };
+        let of_point = |point: &Point| point.step.is_finite() && point.contrast.iter().all(|value| value.is_finite());
         let counted = (1..=most).contains(&self.points.len()) && self.missed <= missed;
-        counted && self.passing.is_finite() && places.chain(points).all(finite) && self.points.iter().all(of_point)
+        counted && places.chain(points).all(finite) && self.points.iter().all(of_point)
     }
 
     fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {
@@ -266,14 +257,12 @@ impl Trace {
         self.seen = Track { place, velocity };
         self.carried = Track { place, velocity: (0.0, 0.0) };
         self.missed = 0;
-        self.passing = 0.0;
         self.count = 0;
         self.points.clear();
     }
 
     fn remember(&mut self, mut point: Point, most: usize) {
         point.step = self.points.back().map_or(0.0, |last| distance(last, &point));
-        point.passed = std::mem::take(&mut self.passing);
         if self.points.len() == most {
             self.points.pop_front();
         }
@@ -305,11 +294,10 @@ impl Trace {
     /// What the remembered points come to.
     pub fn course(&self) -> Course {
         let (net, path) = self.movement(REMEMBERED);
-        let first = self.points.len().saturating_sub(REMEMBERED);
         Course {
             displacement: net as f32,
             straightness: if path > 0.0 { (net / path) as f32 } else { 0.0 },
-            passed: self.points.iter().skip(first + 1).map(|point| point.passed).sum::<f64>() as f32,
+            velocity: (self.carried.velocity.0 as f32, self.carried.velocity.1 as f32),
         }
     }
 
@@ -349,17 +337,16 @@ mod tests {
             let point = |peak: &Peak| Point {
                 place: (f64::from(peak.sub_x), f64::from(peak.sub_y)),
                 step: 0.0,
-                passed: 0.0,
                 contrast: [0.0; ORIENTATIONS],
             };
             traces.link(peaks, &pan, point);
         }
         // The last 60 points are those of the last 61 frames.
-        let Course { displacement, straightness, passed } = traces.of_peak(0).course();
+        let Course { displacement, straightness, velocity } = traces.of_peak(0).course();
         assert!(
             (displacement - 60.0).abs() < 1e-3 && (straightness - 1.0).abs() < 1e-6,
             "{displacement} {straightness}"
         );
-        assert!((passed - 300.0).abs() < 1e-3, "{passed}");
+        assert!((velocity.0 + 1.0).abs() < 1e-3 && velocity.1.abs() < 1e-3, "{velocity:?}");
     }
 }
