@@ -12,7 +12,7 @@ test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
-	trust trust-long boundary deny sbom semver agreement long fuzz miri miri-detector asan tsan docs clean
+	trust trust-long boundary deny sbom semver agreement long fuzz miri miri-core asan tsan docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -94,7 +94,7 @@ trust: boundary deny sbom agreement ## what the project promises of hostile inpu
 	@$(MAKE) --no-print-directory miri
 	@$(MAKE) --no-print-directory fuzz FUZZ_TIME=20
 
-trust-long: trust fuzz asan tsan miri-detector ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), sanitizers, a detector under Miri
+trust-long: trust fuzz asan tsan miri-core ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), sanitizers, the core under Miri
 
 boundary:
 	@python3 tools/unsafe.py --check
@@ -137,8 +137,8 @@ miri: ## the rows, where all unsafe code is, under Miri
 	@$(call MIRI) row::lateral row::mix row::tile row::warp plane:: tiles::
 	@$(call MIRI,-Zmiri-ignore-leaks) row::workers
 
-miri-detector: ## a whole small detector on two threads under Miri: a quarter of an hour
-	@$(call MIRI,-Zmiri-ignore-leaks) row::tests
+miri-core: ## the unit tests of the core under Miri, a whole small detector on two threads among them: an hour
+	@$(call MIRI,-Zmiri-ignore-leaks)
 
 # A test asks for more memory than there is, to be refused.
 asan: ## the core and its suites under AddressSanitizer

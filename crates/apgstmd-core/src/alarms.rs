@@ -305,6 +305,7 @@ mod tests {
 
     /// Rates are kept, whether targets are in view or not: within a third where the clip shows them.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn targets_do_not_count() {
         for targets in [0, 1, 5] {
             let (mut alarms, clutter) = clip(600, targets, 7 + targets);
@@ -321,6 +322,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn rare_alarms_need_higher_scores() {
         let (mut alarms, _) = clip(100, 2, 3);
         let scores: Vec<f32> = [0.001, 0.01, 0.1, 1.0, 10.0].map(|rate| alarms.least_score(rate)).into();
@@ -328,6 +330,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn little_is_known_of_little() {
         let mut alarms = FalseAlarms::new();
         let target = Detection { score: 0.5, ..Detection::default() };

@@ -7,13 +7,13 @@ use std::ops::Add;
 use crate::error::ParamError;
 use crate::frame::Size;
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 mod available;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 use available::available;
 
 /// Elsewhere nobody tells.
-#[cfg(not(target_os = "linux"))]
+#[cfg(any(not(target_os = "linux"), miri))]
 fn available() -> Option<u64> {
     None
 }
@@ -134,6 +134,7 @@ mod tests {
     /// What is asked for beforehand is what is held then, or a little more: what follows the background takes no more samples
     /// from larger frames.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn what_is_asked_for_is_what_is_held() {
         let presets = [Preset::Paper, Preset::Practical].map(Params::preset);
         for params in presets.into_iter().chain(Model::ALL[1..].iter().map(|model| Params::for_model(*model))) {
@@ -147,7 +148,7 @@ mod tests {
                 let held = Detector::with_options(size, &params, &machine).unwrap().memory();
                 for (needs, held) in [(needs.bound, held.bound), (needs.resident, held.resident)] {
                     // Tiles are counted whole.
-                    let (times, most) = (needs as f64 / held as f64, if size.height < 256 { 1.15 } else { 1.03 });
+                    let (times, most) = (needs as f64 / held as f64, if size.height < 256 { 1.15 } else { 1.05 });
                     assert!(times > 0.99 && times < most, "{}, {size}: {needs} {held}", params.model);
                 }
             }
@@ -155,6 +156,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "Miri ends where memory is refused")]
     fn what_there_is_not_is_refused() {
         let size = Size::new(20, 30);
         assert_eq!(ask_for(size, owned(1 << 20)), Ok(()));

@@ -209,6 +209,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn dilation_is_that_of_a_square() {
         let size = Size::new(19, 23);
         let region = speckled(size, 31);

@@ -121,6 +121,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn a_bank_adds_up_its_members() {
         let size = Size::new(64, 96);
         let mut bank = Bank::with_options(size, &BankParams::default(), &Machine::with_threads(2)).unwrap();
@@ -143,6 +144,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn blocks_are_timed_and_stay_the_same() {
         let machine = Machine { together: 4, ..Machine::with_threads(1) };
         let params = Params::default().for_speed(1.0).unwrap();

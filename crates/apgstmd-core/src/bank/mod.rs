@@ -416,6 +416,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn what_is_asked_for_is_what_is_held() {
         let banks =
             [(&[1.0][..], (270, 480)), (&[0.06, 0.25, 2.0], (270, 480)), (&[8.0], (1080, 1920)), (&[], (540, 960))];

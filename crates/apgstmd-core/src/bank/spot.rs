@@ -177,6 +177,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn the_target_is_found_ahead_dark_or_light_and_clutter_passes() {
         for sign in [-1.0, 1.0] {
             let mut profile = Profile::EMPTY;

@@ -213,6 +213,7 @@ mod tests {
 
     /// Cubic convolution gives parabolas back.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn a_parabola_stands_still() {
         let scene = |x: f64, y: f64| 0.3 + 0.02 * x - 0.01 * y + 0.0002 * x * x - 0.0003 * x * y + 0.0004 * y * y;
         for scale in [1, 4] {

@@ -75,6 +75,7 @@ fn is_seen_alike(params: &Params, margin: usize) {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn memory_goes_along_with_the_world() {
     let practical = Params::preset(Preset::Practical).for_speed(1.0).unwrap();
     is_seen_alike(&practical, 30);

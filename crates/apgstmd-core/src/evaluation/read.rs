@@ -192,6 +192,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn errors_name_line_given_and_expected() {
         let truth = |text| truth_from_text(text).unwrap_err().to_string();
         let found = |text| detections_from_text(text).unwrap_err().to_string();

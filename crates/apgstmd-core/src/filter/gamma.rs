@@ -244,6 +244,7 @@ mod tests {
         [(2, 3.0), (6, 9.0), (3, 15.0), (5, 25.0), (8, 40.0), (8, 1.25), (1, 0.05), (24, 300.0), (12, 0.5)];
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn impulse_taps_sum_to_one_and_tails_are_their_remainders() {
         for (order, tau) in ALL {
             let gamma = Gamma { order, tau };
@@ -257,6 +258,7 @@ mod tests {
 
     /// The mean delay of a first-order hold is that of the kernel: (n + 1) tau / n.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn mean_delay() {
         for (order, tau) in ALL {
             let gamma = Gamma { order, tau };
@@ -268,6 +270,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn cascade_has_the_taps_as_impulse_response() {
         for response in [Response::Impulse, Response::Tail] {
             for (order, tau) in ALL {

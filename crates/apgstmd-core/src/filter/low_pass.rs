@@ -58,6 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn impulse_response_and_sum() {
         let size = Size::new(1, 3);
         for tau in [0.02, 0.5, 3.0, 12.0, 300.0] {

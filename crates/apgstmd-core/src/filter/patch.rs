@@ -103,6 +103,7 @@ mod tests {
     use crate::frame::Size;
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn borders_on_every_side() {
         let size = Size::new(4, 5);
         let mut plane = Plane::new(size);

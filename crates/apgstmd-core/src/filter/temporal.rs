@@ -224,6 +224,7 @@ mod tests {
 
     /// Both engines on the same random walk, for poles shared and not.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn engines_agree() {
         let size = Size::new(3, 5);
         for sums in [

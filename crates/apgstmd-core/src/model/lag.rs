@@ -176,6 +176,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn the_ideal_target_is_not_taken_for_the_background() {
         for speed in [1.0, 2.0, 8.0] {
             let response = |background| {

@@ -80,6 +80,7 @@ mod tests {
     use crate::params::Preset;
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn file_round_trip() {
         let presets = [Preset::Paper, Preset::Practical].map(Params::preset);
         let models = Model::ALL.iter().map(|model| Params::for_model(*model));

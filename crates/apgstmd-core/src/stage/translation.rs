@@ -199,6 +199,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn finds_the_shift_behind_a_target_that_moves_otherwise() {
         let size = Size::new(90, 120);
         for (dx, dy) in [(0.25, 0.0), (-0.6, 0.4), (1.5, -1.0), (-2.4, 0.1)] {

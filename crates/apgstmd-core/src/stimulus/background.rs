@@ -166,6 +166,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn spectrum_mean_and_contrast() {
         for (height, width, seed) in [(256, 512, 1), (256, 256, 2), (512, 512, 3)] {
             for (mean, contrast) in [(0.5, 0.15), (0.5, 0.22), (0.35, 0.15)] {
@@ -181,6 +182,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn seeds_matter() {
         assert_eq!(clutter(32, 32, 4), clutter(32, 32, 4));
         assert_ne!(clutter(32, 32, 4), clutter(32, 32, 5));

@@ -60,6 +60,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn normal_moments() {
         let mut random = Random::new(7, 3);
         let values: Vec<f64> = (0..100_000).map(|_| random.normal()).collect();

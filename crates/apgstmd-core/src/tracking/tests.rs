@@ -301,6 +301,7 @@ fn a_fading_echo_does_not_hold_a_track_back() {
 
 /// A target turns behind an occluder: its own motion leads astray, the response shows where it is.
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn the_response_guides_a_track_that_coasts() {
     let place = |t: usize| match t {
         0..40 => (50.0 + t as f64, 100.0),
@@ -387,6 +388,7 @@ fn reset_forgets_everything() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn thousands_of_detections() {
     let mut dice = Dice(5);
     let mut tracker = Tracker::new(Size::new(2000, 2000), &params()).unwrap();

@@ -59,6 +59,7 @@ fn error(found: &Motion, truth: &Motion) -> f64 {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn finds_shift_rotation_and_zoom_from_rest() {
     for seed in 1..4 {
         let waves = Waves::new(seed);
@@ -91,6 +92,7 @@ fn findings(pictures: impl Iterator<Item = Plane>) -> Vec<Finding> {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn a_cut_is_one_cut() {
     for seed in 1..9 {
         let (one, other) = (Waves::new(seed), Waves::new(seed + 100));
@@ -105,6 +107,7 @@ fn a_cut_is_one_cut() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn light_after_darkness_is_a_cut() {
     let waves = Waves::new(2).picture(SIZE, &Motion::still(SIZE));
     let dark = Plane::new(SIZE);
@@ -114,6 +117,7 @@ fn light_after_darkness_is_a_cut() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn flicker_pans_and_large_objects_are_no_cuts() {
     let waves = Waves::new(7);
     let still = Motion::still(SIZE);
@@ -146,6 +150,7 @@ fn flicker_pans_and_large_objects_are_no_cuts() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn noise_and_emptiness_tell_of_no_motion() {
     let mut state = 5u32;
     let noise = findings((0..12).map(|_| {
@@ -169,6 +174,7 @@ fn noise_and_emptiness_tell_of_no_motion() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn a_bird_in_an_empty_sky_is_no_background() {
     for speed in [1, 4, 8, 16] {
         let sky = findings((0..8).map(|t| {
@@ -196,6 +202,7 @@ fn two_birds_in_a_small_empty_sky_are_no_background() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn smooth_sky_has_no_say() {
     // Above trees that move, three quarters of sky, in which what a codec left of it stays where it is.
     for shift in [1.5, -6.0, 14.0] {
@@ -220,6 +227,7 @@ fn smooth_sky_has_no_say() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn the_smallest_pictures() {
     for (height, width) in [(16, 16), (17, 90), (64, 64), (65, 16)] {
         let size = Size::new(height, width);

@@ -11,6 +11,7 @@ fn straight(start: [f64; 2], speed: f64) -> Path {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn background_moves_by_whole_pixels_and_returns() {
     let renderer = Renderer::new(&natural_scene([120.0, -60.0])).unwrap();
     let (now, next) = (renderer.frame(7), renderer.frame(8));
@@ -21,6 +22,7 @@ fn background_moves_by_whole_pixels_and_returns() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn background_moves_smoothly_between_pixels() {
     let renderer = Renderer::new(&natural_scene([6.0, 0.0])).unwrap();
     let step = |t: usize| {
@@ -38,6 +40,7 @@ fn white_scene(targets: Vec<Target>) -> Scene {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn darkness_on_white_is_the_area_at_any_place() {
     let path = Path::Straight { start: [20.0, 20.0], speed: 37.0, direction: 0.7 };
     let renderer = Renderer::new(&white_scene(vec![Target { width: 4.0, height: 3.5, ..Target::new(path) }])).unwrap();
@@ -67,6 +70,7 @@ fn measured_contrast(frame: &Array2<f32>, truth: &Truth) -> f64 {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn weber_contrast_is_what_was_asked_for_in_every_frame() {
     for (shade, asked) in [(Shade::Dark(0.2), 0.2), (Shade::Light(0.15), 0.15), (Shade::Dark(0.05), 0.05)] {
         let target = Target { shade, ..Target::new(straight([10.0, 30.0], 60.0)) };
@@ -104,6 +108,7 @@ fn block(center: [f64; 2], width: f64, height: f64, luminance: f64) -> Object {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn occluders_cover_and_objects_lie_behind() {
     let mut scene = white_scene(vec![Target::new(straight([10.0, 20.0], 100.0))]);
     // Two overlapping blocks with edges 20..30 and 26..32.
@@ -133,6 +138,7 @@ fn life_and_hiding() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn noise_is_gaussian_new_in_each_frame_and_kept_by_the_seed() {
     let background = Background::Uniform { luminance: 0.5 };
     let scene = Scene { noise: 0.02, background, seed: 9, ..Scene::default() };
@@ -147,6 +153,7 @@ fn noise_is_gaussian_new_in_each_frame_and_kept_by_the_seed() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn a_panorama_repeats_and_moves() {
     let picture = Array2::from_shape_fn((50, 80), |(y, x)| ((3 * x * x + 5 * y) % 83) as f32 / 82.0);
     let background = Background::Panorama { file: String::new(), velocity: [-200.0, 0.0] };
@@ -169,6 +176,7 @@ fn hash(frame: &Array2<f32>) -> u64 {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn the_same_picture_on_every_machine() {
     let path = Path::Circular { center: [48.0, 32.0], radius: 20.0, speed: 60.0, angle: 1.0 };
     let target = Target { shade: Shade::Dark(0.3), ..Target::new(path) };
@@ -182,6 +190,7 @@ fn the_same_picture_on_every_machine() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn demo_targets_stay_inside_and_apart() {
     let renderer = Renderer::new(&Scene::demo()).unwrap();
     for t in 0..renderer.scene().frames {
@@ -197,6 +206,7 @@ fn demo_targets_stay_inside_and_apart() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn the_camera_turns_and_enlarges_about_the_middle() {
     let plain = Renderer::new(&natural_scene([0.0; 2])).unwrap();
     let at_rest = plain.frame(0);
