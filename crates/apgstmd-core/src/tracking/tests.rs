@@ -335,6 +335,7 @@ fn the_response_guides_a_track_that_coasts() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn many_targets_and_clutter() {
     // 12 targets on their own ways, a tenth of the detections missing, 20 false ones a frame.
     let mut dice = Dice(3);
@@ -413,6 +414,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
     /// Whatever numbers come: the same twice, everything finite, no panic.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn nothing_breaks_it(
         frames in prop::collection::vec(
             (prop::collection::vec((any::<f32>(), -50f32..350.0, any::<f32>(), any::<bool>()), 0..12), any::<f32>(), any::<f32>()),
