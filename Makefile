@@ -131,7 +131,7 @@ fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); f
 
 # Of rayon's threads crossbeam-epoch leaves some of what it holds behind when the process ends; the rest is checked for leaks too.
 MIRI = PROPTEST_CASES=2 CARGO_TARGET_DIR=target/miri MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-tree-borrows \
-	-Zmiri-permissive-provenance $(1)" $(CARGO) +nightly miri test --package apgstmd-core --lib --
+	-Zmiri-permissive-provenance -Zmiri-deterministic-floats $(1)" $(CARGO) +nightly miri test --package apgstmd-core --lib --
 
 miri: ## the rows, where all unsafe code is, under Miri
 	@$(call MIRI) row::lateral row::mix row::tile row::warp plane:: tiles::

@@ -151,6 +151,7 @@ mod tests {
 
     /// Movements of three maps, beside the definition.
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn maps_move_and_zero_comes_in() {
         let (size, maps) = (Size::new(5, 37), 3);
         let value = |map: usize, y: usize, x: usize| (1 + map * 1000 + y * 100 + x) as f32;

@@ -177,6 +177,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn forgets() {
         let mut clutter = flicker(10);
         for _ in 0..FRAMES - 10 {

@@ -56,6 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg_attr(miri, ignore = "minutes to hours")]
     fn round_trip() {
         let mut bank = BankParams { contrast: 0.05, most: 7, ..BankParams::default() };
         bank.base.detection.least_score = 0.031_25;

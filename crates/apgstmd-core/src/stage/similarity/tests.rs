@@ -188,6 +188,7 @@ fn a_bird_in_an_empty_sky_is_no_background() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "minutes to hours")]
 fn two_birds_in_a_small_empty_sky_are_no_background() {
     let sky = findings((0..8).map(|t| {
         let size = Size::new(64, 96);
