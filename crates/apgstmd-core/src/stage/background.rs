@@ -133,7 +133,26 @@ pub(crate) struct Background {
 }
 
 heap!(Finding);
-remember!(Motion { shift, stretch, turn, middle });
+impl Remember for Motion {
+    fn show(&mut self, visit: &mut Visit<'_>) -> Result<(), StateError> {
+        let Self { shift, stretch, turn, middle } = self;
+        visit.part("shift", shift)?;
+        visit.part("stretch", stretch)?;
+        visit.part("turn", turn)?;
+        visit.part("middle", middle)?;
+        // Beyond what any background does in the largest picture, so that what is carried along stays finite.
+        let most = [
+            (&mut shift.0, 1e6),
+            (&mut shift.1, 1e6),
+            (stretch, 1e2),
+            (turn, 1e2),
+            (&mut middle.0, 1e8),
+            (&mut middle.1, 1e8),
+        ];
+        most.into_iter().for_each(|(value, most)| *value = value.clamp(-most, most));
+        Ok(())
+    }
+}
 remember!(Finding { motion, residual, unexplained, cut });
 heap!(Background { estimator, found });
 remember!(Background { estimator });

@@ -52,6 +52,9 @@ pub(crate) struct Course {
     pub velocity: (f32, f32),
 }
 
+/// Beyond any place and velocity of a trace, px: what a course is told of fits into f32.
+const FARTHEST: f64 = 1e12;
+
 /// Points over which the course is told.
 const REMEMBERED: usize = 60;
 
@@ -246,10 +249,11 @@ impl Trace {
         let tracks = [self.seen, self.carried];
         let places = tracks.iter().flat_map(|track| [track.place, track.velocity]);
         let points = self.points.iter().map(|point| point.place);
-        let finite = |(x, y): (f64, f64)| x.is_finite() && y.is_finite();
-        let of_point = |point: &Point| point.step.is_finite() && point.contrast.iter().all(|value| value.is_finite());
+        let near = |(x, y): (f64, f64)| x.abs() <= FARTHEST && y.abs() <= FARTHEST;
+        let of_point =
+            |point: &Point| point.step.abs() <= FARTHEST && point.contrast.iter().all(|value| value.is_finite());
         let counted = (1..=most).contains(&self.points.len()) && self.missed <= missed;
-        counted && places.chain(points).all(finite) && self.points.iter().all(of_point)
+        counted && places.chain(points).all(near) && self.points.iter().all(of_point)
     }
 
     fn begin(&mut self, id: u64, place: (f64, f64), velocity: (f64, f64)) {
