@@ -9,6 +9,9 @@ COMPARE := .venv-compare/bin/python
 test lint wheel compare docs: export PYO3_PYTHON := $(CURDIR)/$(PY)
 test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
 
+# What is needed to compile parts of a crate anew makes compiling all of it half as long again.
+test: export CARGO_INCREMENTAL ?= 0
+
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
@@ -100,7 +103,7 @@ boundary:
 	@python3 tools/unsafe.py --check
 	@echo "== boundaries, hostile files, extremes, dependencies"
 	@BOUNDARY_CHANGES=1000 EXTREMES_EVERY=1 $(CARGO) test --quiet --package apgstmd-tests --test boundary --test extremes --test dependencies
-	@$(CARGO) test --quiet --package apgstmd-cli --test hostile
+	@$(CARGO) test --quiet --package apgstmd-cli --test cli -- hostile::
 
 deny: ## licences, sources and bans of every Rust package, of any system
 	@tools/tool.sh cargo-deny 0.20.2

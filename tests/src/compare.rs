@@ -190,7 +190,7 @@ impl Pair {
                 self.m.push((fast(Stage::M).swap_remove(0), floor(Stage::M)));
             }
             Model::StmdPlus | Model::Dstmd | Model::Cascaded => self.maps(&fast(Stage::Ep))?,
-            Model::Estmd => self.map_without_direction(&fast(Stage::Y)[0], &seen.q[0])?,
+            Model::Estmd => self.map_without_direction(&fast(Stage::Y)[0], &seen.q[0], floor(Stage::Y))?,
         }
         self.detections += seen.detections.len();
         Ok(seen)
@@ -280,9 +280,9 @@ impl Pair {
         Ok(())
     }
 
-    /// Y of the fast core itself, kept in the same places as by the naive model.
-    fn map_without_direction(&self, y: &Map, kept: &Map) -> Result<(), String> {
-        let tolerance = RELATIVE * peak(std::slice::from_ref(y));
+    /// Y of the fast core itself, kept in the same places as by the naive model, but for rounding at the least response.
+    fn map_without_direction(&self, y: &Map, kept: &Map, floor: f64) -> Result<(), String> {
+        let tolerance = (RELATIVE * peak(std::slice::from_ref(y))).max(self.params.lobula.response_floor + floor);
         for (at, &given) in self.response.map.indexed_iter() {
             let given = f64::from(given);
             if given != y[at] && given != 0.0

@@ -28,6 +28,8 @@ fn separable(width: f64) -> f64 {
 /// What a model makes of rounding.
 pub struct Floors {
     model: Model,
+    /// Of P, as a multiple of the rounding of luminance. Its sums stay below 1, where units are half as large.
+    retina_parts: f64,
     lamina_gain: f64,
     /// Of the Gaussians that the kernel is the difference of: rounding is a share of these, however much of them cancels.
     lamina_parts: f64,
@@ -69,6 +71,7 @@ impl Floors {
         let window: f64 = (0..=prediction.horizon).map(|k| (-prediction.kappa * f64::from(k)).exp()).sum();
         Self {
             model: params.model,
+            retina_parts: (separable(2.0 * (4.0 * params.retina.sigma).ceil() + 1.0) / 2.0).max(1.0),
             lamina_gain: absolute(lamina_kernel(params)),
             lamina_parts: gaussians(lamina_inhibition.radius, [(1.0, center), (1.0, surround)]),
             lateral_gain: absolute(lateral_kernel(params)),
@@ -105,7 +108,8 @@ impl Floors {
         let has = |stage| self.model.stages().contains(&stage);
         let most = |stage| if has(stage) { peak(&seen[stage]) } else { 0.0 };
         let luminance = LUMINANCE_ROUNDING * most(Stage::P).max(most(Stage::Pe)).max(1.0);
-        let enhanced = luminance * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
+        let blurred = luminance * self.retina_parts;
+        let enhanced = blurred * if has(Stage::Pe) { 1.0 + self.alpha } else { 1.0 };
         let cancelled = |stage, parts: f64| LUMINANCE_ROUNDING * parts * most(stage);
         let inhibited = enhanced * self.lamina_gain + cancelled(Stage::L, self.lamina_parts);
         self.signal = self.signal.max(if has(Stage::L1) { inhibited } else { enhanced });
@@ -136,7 +140,7 @@ impl Floors {
         let lost = self.lost * self.gains;
         self.gains = self.gains.max(most(Stage::M));
         move |stage| match stage {
-            Stage::P => luminance,
+            Stage::P => blurred,
             Stage::C => luminance * contrast,
             Stage::A => luminance * attention,
             Stage::Pe | Stage::L => enhanced,

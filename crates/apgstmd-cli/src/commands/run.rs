@@ -353,6 +353,17 @@ fn warnings(settings: &RunSettings, report: &Report) -> Vec<Warning> {
             "before a plain sky that is as it should be; elsewhere what is found there may belong to the background",
         ));
     }
+    if let Some(missing) = settings.source.missing(settings.selection.as_ref()) {
+        warnings.push(Warning::new(
+            "missing",
+            format!(
+                "{} missing by the numbers in the names, the first after {}",
+                count(missing.count, "picture"),
+                missing.after
+            ),
+            "put them back: each picture is taken for the next moment, so that all that moves jumps there",
+        ));
+    }
     if let Some(first) = report.skipped.listed().first() {
         warnings.push(Warning::new(
             "skipped",

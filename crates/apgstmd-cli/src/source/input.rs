@@ -12,7 +12,8 @@ use super::listing::KINDS;
 use super::stdin::StdinFrames;
 use super::stream::{About, Frames, Stream};
 use super::{
-    FrameSource, Limit, Listing, PictureFiles, RawFormat, SceneFile, SceneFrames, Selection, Span, is_picture, is_scene,
+    FrameSource, Limit, Listing, Missing, PictureFiles, RawFormat, SceneFile, SceneFrames, Selection, Span, is_picture,
+    is_scene, numbering,
 };
 use crate::Outcome;
 use crate::failure::Failure;
@@ -139,6 +140,14 @@ impl Input {
             Kind::Stdin if self.flags.raw.is_some() => span.check_rate(self.flags.fps).map(|()| None),
             Kind::Video(_) | Kind::Stdin | Kind::Given(_) => Ok(None),
         }
+    }
+
+    /// Pictures that are missing by the numbers in the names of those from the first to the last of `selection`.
+    pub fn missing(&self, selection: Option<&Selection>) -> Option<Missing> {
+        let Kind::Pictures(listing) = &self.kind else { return None };
+        let [first, .., last] = selection?.frames() else { return None };
+        let names: Vec<String> = listing.files[*first..=*last].iter().map(|file| listing.name(file)).collect();
+        numbering::missing(names.iter().map(String::as_str))
     }
 
     /// How many frames its header says it has, where that is far more than have come. Some fewer are nothing unusual: an

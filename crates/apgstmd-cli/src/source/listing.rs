@@ -77,7 +77,12 @@ fn single_file(input: &Path) -> Failure {
 pub(crate) fn is_picture(path: &Path) -> bool {
     let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    !hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && path.is_file()
+    !hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && may_be_file(path)
+}
+
+/// Whether it is a file, or a link that leads nowhere: reading that says so, where a frame would be missing otherwise.
+fn may_be_file(path: &Path) -> bool {
+    fs::metadata(path).map_or_else(|_| path.is_symlink(), |about| about.is_file())
 }
 
 fn folder_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
@@ -86,7 +91,7 @@ fn folder_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        if path.is_file() {
+        if may_be_file(&path) {
             files.push(path);
         }
     }
@@ -101,7 +106,7 @@ fn glob_files(pattern: &str) -> Outcome<Vec<PathBuf>> {
         let path = path.map_err(|error| {
             Failure::failed(format_args!("cannot read {}: {}", error.path().display(), reason(error.error())))
         })?;
-        if path.is_file() {
+        if may_be_file(&path) {
             files.push(path);
         }
     }

@@ -1,12 +1,10 @@
 //! Every picture format, written here, read by the program: the moving square is found in each.
 
-mod common;
-
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
-use common::{HEIGHT, WIDTH, apgstmd, assert_found, csv_rows, picture, results};
+use crate::common::{HEIGHT, WIDTH, apgstmd, assert_found, csv_rows, picture, results};
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageBuffer, Luma, Rgb, RgbImage, RgbaImage};
 use tiff::encoder::{TiffEncoder, colortype};
 

@@ -1,11 +1,9 @@
 //! `eval`: numbers worked by hand, the way from a scene to its report, every error.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{Ran, apgstmd, json};
+use crate::common::{Ran, apgstmd, json};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,14 +1,12 @@
 //! What a run leaves behind: tables, record, inner maps, pictures.
 
-mod common;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::Stdio;
 
+use crate::common::{HEIGHT, WIDTH, apgstmd, assert_found, command, csv_rows, folder, json, picture, results};
 use apgstmd_core::SimdLevel;
-use common::{HEIGHT, WIDTH, apgstmd, assert_found, command, csv_rows, folder, json, picture, results};
 
 #[test]
 fn csv_and_jsonl_hold_the_same() {
@@ -49,7 +47,10 @@ fn other_models() {
         let rows = csv_rows(&out.join("detections.csv"));
         let best = rows.iter().filter(|row| row.frame == 29).max_by(|a, b| a.score.total_cmp(&b.score)).unwrap();
         // Without a direction the response stays behind the target.
-        assert!((best.x - common::column(29)).abs() < 8.0 && (best.y - common::ROW).abs() < 1.0, "{model}: {best:?}");
+        assert!(
+            (best.x - crate::common::column(29)).abs() < 8.0 && (best.y - crate::common::ROW).abs() < 1.0,
+            "{model}: {best:?}"
+        );
         let text = fs::read_to_string(out.join("detections.jsonl")).unwrap();
         let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
         assert_eq!(last["direction_rad"].is_null(), model == "estmd");
@@ -170,7 +171,7 @@ fn overlay_draws_every_frame_and_a_strip() {
     assert!(last.width() >= 400, "small frames are enlarged: {}", last.width());
     // The target's centre keeps its colour, something coloured is drawn around it.
     let scale = last.width() as f64 / f64::from(WIDTH);
-    let centre = (((common::column(35) + 0.5) * scale) as u32, ((common::ROW + 0.5) * scale) as u32);
+    let centre = (((crate::common::column(35) + 0.5) * scale) as u32, ((crate::common::ROW + 0.5) * scale) as u32);
     assert_eq!(last.get_pixel(centre.0, centre.1).0, [20; 3]);
     let ring = (8.0 * scale) as u32 + 2;
     let coloured = last.enumerate_pixels().filter(|(x, y, pixel)| {

@@ -3,15 +3,15 @@
 //! `output.rs`; truncated files in `video.rs`; a camera that falls silent, and dropped frames, in `live.rs`.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Ran, apgstmd, command, folder, json, picture, programs, record, results, scene, start, tables, video};
+use crate::common::{
+    Ran, apgstmd, command, folder, json, picture, programs, record, results, scene, start, tables, video,
+};
 use tempfile::TempDir;
 
 /// Every table is whole rows of as many cells as its head, JSON is JSON, and nothing is there in part.
@@ -283,7 +283,7 @@ fn a_killed_ffmpeg_and_the_same_run_again() {
     words.remove(0);
     let words: Vec<String> = words.iter().map(|word| word.replace("{out}", &out.display().to_string())).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let ran = Ran::from(common::with_path(dying.path(), &words, &file).output().unwrap());
+    let ran = Ran::from(crate::common::with_path(dying.path(), &words, &file).output().unwrap());
     ran.fails(1, &["cannot use frame 40", "ffmpeg was killed by signal 9"]);
     assert_valid(&out);
     assert_eq!(record(&out)["frames"], 40);

@@ -2,15 +2,13 @@
 
 #![cfg(unix)]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{Ran, apgstmd, folder, json, record, results, scene, start, tables};
+use crate::common::{Ran, apgstmd, folder, json, record, results, scene, start, tables};
 
 /// After a kill: what is there are the first rows of what will be, and perhaps a part of the next.
 fn assert_prefix(part: &BTreeMap<&str, Vec<u8>>, whole: &BTreeMap<&'static str, Vec<u8>>) {
@@ -142,7 +140,7 @@ fn what_was_interrupted_goes_on() {
     }
     let good = folder(60);
     let video = pictures.path().join("../resumed.mkv");
-    common::video(good.path(), "-c:v ffv1", &video);
+    crate::common::video(good.path(), "-c:v ffv1", &video);
     let line =
         "run {in} --speed 1 --out {out} --on-error skip --start 2 --step 1 --checkpoint 1000 --resume --threads 1";
     for (input, signal, name) in [(pictures.path(), "-INT", "f_3.png"), (&*video, "-TERM", "resumed_000003")] {

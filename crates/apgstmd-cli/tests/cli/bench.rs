@@ -1,12 +1,10 @@
 //! `apgstmd bench` on frames so small that it ends at once.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
+use crate::common::{Ran, apgstmd, json, results};
 use apgstmd_core::SimdLevel;
-use common::{Ran, apgstmd, json, results};
 
 const TINY: &str = "bench --size 48x32 --threads 1 --frames 12";
 

@@ -1,12 +1,10 @@
 //! `params`, `demo`, `--help`, `--version`.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
+use crate::common::{apgstmd, csv_rows, folder, json, results};
 use apgstmd_core::{Params, Preset};
-use common::{apgstmd, csv_rows, folder, json, results};
 
 fn printed(line: &str) -> String {
     apgstmd(line, Path::new("unused"), Path::new("unused")).ok().stdout

@@ -1,5 +1,4 @@
 //! Frames that the tests write themselves, and the program under test.
-#![allow(dead_code)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

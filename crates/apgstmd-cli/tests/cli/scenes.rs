@@ -1,12 +1,10 @@
 //! `synth`, and scenes as input of `run`.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::common::{Ran, apgstmd, csv_rows, json, results};
 use apgstmd_core::stimulus::{Renderer, Scene, Truth, truth_from_csv};
-use common::{Ran, apgstmd, csv_rows, json, results};
 use tempfile::TempDir;
 
 /// A black square on light grey, 1 px/frame, as in the other tests.
@@ -87,7 +85,7 @@ fn a_scene_is_run_as_its_pictures_are() {
     assert!(ran.stderr.contains("37 frames"), "{}", ran.stderr);
     apgstmd(&format!("run {{in}} --out {{out}} {flags} --dump P --dump-frames 5"), &file, &by_scene).ok();
     let (a, b) = (csv_rows(&by_folder.join("detections.csv")), csv_rows(&by_scene.join("detections.csv")));
-    let strong = |rows: &[common::Row]| {
+    let strong = |rows: &[crate::common::Row]| {
         let most = rows.iter().map(|row| row.score).fold(0.0, f64::max);
         rows.iter().filter(|row| row.score > 0.1 * most).cloned().collect::<Vec<_>>()
     };
@@ -115,7 +113,7 @@ fn eight_bits_find_the_same_target() {
         apgstmd("run {in} --out {out} --speed 1", input, &out).ok();
         let rows = csv_rows(&out.join("detections.csv"));
         for frame in [30, 39] {
-            common::assert_found(&rows, frame);
+            crate::common::assert_found(&rows, frame);
         }
     }
 }

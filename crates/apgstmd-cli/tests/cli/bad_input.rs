@@ -1,17 +1,15 @@
 //! Everything a user can get wrong: one line that says what and what to do, the right exit code, no panic, no debris.
 
-mod common;
-
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
-use common::{HEIGHT, WIDTH, apgstmd, command, csv_rows, folder, json, picture, results};
+use crate::common::{HEIGHT, WIDTH, apgstmd, command, csv_rows, folder, json, picture, results};
 use image::GrayImage;
 use tiff::encoder::{TiffEncoder, colortype};
 
 /// Runs on `input` with further flags.
-fn run(input: &Path, flags: &str) -> common::Ran {
+fn run(input: &Path, flags: &str) -> crate::common::Ran {
     let (_parent, out) = results();
     let ran = apgstmd(&format!("run {{in}} --out {{out}} {flags}"), input, &out);
     if ran.code == 2 {
@@ -49,9 +47,39 @@ fn a_single_picture_is_no_sequence() {
 
 #[test]
 fn an_unquoted_pattern() {
-    let ran: common::Ran = command().args(["run", "a.png", "b.png", "c.png"]).output().unwrap().into();
+    let ran: crate::common::Ran = command().args(["run", "a.png", "b.png", "c.png"]).output().unwrap().into();
     let ran = ran.fails(2, &["unexpected argument 'b.png'"]);
     assert!(ran.stderr.contains("quotes"), "{}", ran.stderr);
+}
+
+/// A hole in the numbers is told, only where it is used; a link that leads nowhere is a picture that cannot be used, a folder
+/// is none.
+#[cfg(unix)]
+#[test]
+fn pictures_that_are_missing() {
+    let frames = folder(10);
+    let name = |frame: usize| frames.path().join(format!("f_{frame}.png"));
+    fs::remove_file(name(4)).unwrap();
+    fs::remove_file(name(5)).unwrap();
+    fs::create_dir(name(5)).unwrap();
+    let told = "warning: 2 pictures missing by the numbers in the names, the first after f_3.png; put them back";
+    let ran = run(frames.path(), "--speed 1").ok();
+    assert!(ran.stderr.contains(told), "{}", ran.stderr);
+    for (flags, count) in [("--stop 4", 4), ("--start 4", 4), ("--step 2", 4)] {
+        let (_parent, out) = results();
+        let ran = apgstmd(&format!("run {{in}} --out {{out}} --speed 1 {flags}"), frames.path(), &out).ok();
+        let record = json(&out.join("run.json"));
+        let tells = record["warnings"].as_array().unwrap().iter().any(|warning| warning["about"] == "missing");
+        assert_eq!((record["frames"].as_u64(), tells), (Some(count), flags == "--step 2"), "{flags}: {}", ran.stderr);
+    }
+
+    std::os::unix::fs::symlink("gone.png", name(4)).unwrap();
+    for input in [frames.path().to_owned(), frames.path().join("*.png"), frames.path().join("f_%d.png")] {
+        run(&input, "--speed 1").fails(1, &["f_4.png", "no such file"]);
+        let ran = run(&input, "--speed 1 --on-error skip").ok();
+        assert!(ran.stderr.contains("1 skipped, the first f_4.png: no such file"), "{}", ran.stderr);
+        assert!(ran.stderr.contains("1 picture missing by the numbers"), "{}", ran.stderr);
+    }
 }
 
 /// Each spoils picture 5 of 10 in its own way and says what the message must hold.

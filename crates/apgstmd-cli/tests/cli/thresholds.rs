@@ -1,11 +1,9 @@
 //! `--false-alarms` and `tune`: thresholds by what people mean.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{apgstmd, csv_rows, json, results};
+use crate::common::{apgstmd, csv_rows, json, results};
 
 /// Clutter that drifts, with or without a target before it.
 fn scene(folder: &Path, target: bool, frames: usize) -> std::path::PathBuf {

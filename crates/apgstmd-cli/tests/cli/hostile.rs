@@ -1,15 +1,13 @@
 //! Files made by somebody who means ill: each ends with an error that says what is wrong, or is harmless.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{apgstmd, command, csv_rows, folder, json, picture, piped, results, video};
+use crate::common::{apgstmd, command, csv_rows, folder, json, picture, piped, results, video};
 
 /// A PNG of nothing that claims a size.
 fn png_of(width: u32, height: u32) -> Vec<u8> {
@@ -130,7 +128,7 @@ fn names_that_are_markup_formulas_or_lines() {
         .arg(frames.path())
         .output()
         .unwrap();
-    common::Ran::from(ran).ok();
+    crate::common::Ran::from(ran).ok();
     let table = fs::read(out.join("detections.csv")).unwrap();
     let mut reader = csv::ReaderBuilder::new().from_reader(&table[..]);
     for row in reader.records() {
@@ -165,14 +163,14 @@ fn ffmpeg_opens_only_what_was_named() {
             .arg(Path::new(".").join(name))
             .output()
             .unwrap();
-        common::Ran::from(ran).ok();
+        crate::common::Ran::from(ran).ok();
         assert_eq!(json(&out.join("run.json"))["frames"], 8, "{name:?}");
     }
     // Where there is no file of that name, nothing is opened.
     let (_parent, out) = results();
     let ran =
         command().current_dir(place.path()).args(["run", "concat:true.mp4|other.mp4", "--out"]).arg(&out).output();
-    common::Ran::from(ran.unwrap()).fails(1, &["there is no file or folder"]);
+    crate::common::Ran::from(ran.unwrap()).fails(1, &["there is no file or folder"]);
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     listener.set_nonblocking(true).unwrap();
     let address = listener.local_addr().unwrap();

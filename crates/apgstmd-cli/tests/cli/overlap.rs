@@ -1,11 +1,9 @@
 //! Reading, computing and writing go on side by side: order, errors and ends must not show it.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{HEIGHT, WIDTH, apgstmd, csv_rows, folder, json, picture, results};
+use crate::common::{HEIGHT, WIDTH, apgstmd, csv_rows, folder, json, picture, results};
 use tiff::encoder::{TiffEncoder, colortype};
 
 const LINE: &str = "run {in} --out {out} --speed 1 --rejection off";
@@ -162,7 +160,7 @@ fn memory_does_not_grow_with_the_number_of_pictures() {
     for frame in 1..PICTURES {
         fs::hard_link(&first, frames.path().join(format!("{frame}.tif"))).unwrap();
     }
-    let mut child = common::command()
+    let mut child = crate::common::command()
         .args(["run", "--quiet", "--threads", "1", "--out", "-", "--model", "estmd"])
         .arg(frames.path())
         .stdout(std::process::Stdio::null())

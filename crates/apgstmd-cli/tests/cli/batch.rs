@@ -1,14 +1,12 @@
 //! Many videos: each whole or not there, none lost, none twice, whatever dies in the middle.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use common::{HEIGHT, Ran, WIDTH, command, json, picture, results};
+use crate::common::{HEIGHT, Ran, WIDTH, command, json, picture, results};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
@@ -214,7 +212,7 @@ fn lists_patterns_and_names() {
     assert!(!page.contains("<script>alert") && page.contains("&lt;script&gt;alert(1)"));
     // A pattern stands for what matches, pictures beside videos left away; hidden ones are not meant.
     let (_parent, out) = results();
-    common::video(&folder("cam0"), "-c:v ffv1", &folder("sky.mkv"));
+    crate::common::video(&folder("cam0"), "-c:v ffv1", &folder("sky.mkv"));
     fs::copy(folder("cam0/f_0.png"), folder("s.png")).unwrap();
     fs::copy(folder("sky.mkv"), folder(".sky.mkv")).unwrap();
     batch(place.path(), &out, ["s*", "*.mkv"]).ok();

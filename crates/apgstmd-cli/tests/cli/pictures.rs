@@ -1,15 +1,13 @@
 //! `--video` and `--report`: files that are to be looked at, decoded and read again.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{
+use crate::common::{
     HEIGHT, ROW, Ran, WIDTH, apgstmd, column, command, csv_rows, ffmpeg, folder, json, page_data, picture, piped,
     programs, results, with_path,
 };
@@ -188,7 +186,7 @@ fn rates_and_times() {
     // A frame whose successor is late is shown until it comes.
     let frames = folder(10);
     let clip = frames.path().join("gap.mkv");
-    common::video(frames.path(), "-vf setpts=PTS+gte(N\\,5)*0.2/TB -fps_mode passthrough -c:v ffv1", &clip);
+    crate::common::video(frames.path(), "-vf setpts=PTS+gte(N\\,5)*0.2/TB -fps_mode passthrough -c:v ffv1", &clip);
     let (parent, out) = results();
     let file = parent.path().join("found.mp4");
     apgstmd(&format!("{LINE} --video {}", file.display()), &clip, &out).ok();

@@ -1,14 +1,12 @@
 //! Ctrl-C: the frame in work is finished, what is on disk is whole, the exit code says so.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::common::{command, csv_rows, json, picture, results};
 use apgstmd_core::stimulus::truth_from_csv;
-use common::{command, csv_rows, json, picture, results};
 
 fn interrupt(child: &Child) {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());

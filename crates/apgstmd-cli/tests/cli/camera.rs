@@ -1,10 +1,8 @@
 //! camera.csv and the page's lane: how the camera moved, frame by frame.
 
-mod common;
-
 use std::fs;
 
-use common::{apgstmd, csv_rows, page_data, results};
+use crate::common::{apgstmd, csv_rows, page_data, results};
 
 #[test]
 fn a_pan_is_told_frame_by_frame() {

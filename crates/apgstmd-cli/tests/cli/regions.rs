@@ -1,11 +1,9 @@
 //! `--roi` and `--mask`.
 
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
-use common::{apgstmd, csv_rows, json, results};
+use crate::common::{apgstmd, csv_rows, json, results};
 use image::{DynamicImage, GrayImage, Luma, Rgba, RgbaImage};
 use tempfile::TempDir;
 

@@ -1,13 +1,11 @@
 //! `reproduce`: what it writes, prints and returns; names; folders.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{apgstmd, command, json, results};
+use crate::common::{apgstmd, command, json, results};
 
 const UNUSED: &str = "unused";
 

@@ -1,12 +1,10 @@
 //! Tracks: what `run` writes of them, what `eval` makes of it.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use common::{HEIGHT, ROW, WIDTH, apgstmd, column, command, folder, json, results};
+use crate::common::{HEIGHT, ROW, WIDTH, apgstmd, column, command, folder, json, results};
 use serde_json::Value;
 
 const HEADER: &str = "frame,time_s,track,x,y,vx,vy,score,state,age";

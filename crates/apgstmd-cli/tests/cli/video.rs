@@ -1,13 +1,11 @@
 //! Video through ffmpeg and standard input: the same rows as from pictures, and whatever can be wrong with a file.
 
-mod common;
-
 use std::fs;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{HEIGHT, Ran, Row, WIDTH, apgstmd, command, csv_rows, ffmpeg, json, piped, results, video};
+use crate::common::{HEIGHT, Ran, Row, WIDTH, apgstmd, command, csv_rows, ffmpeg, json, piped, results, video};
 use image::{ImageBuffer, Luma};
 use tempfile::TempDir;
 
@@ -38,7 +36,7 @@ fn run(input: &Path, flags: &str) -> Ran {
 
 /// A dark square before a texture that drifts by a pixel every other frame: many detections, which have to agree.
 fn textured(frame: usize) -> image::GrayImage {
-    let mut picture = common::picture(frame);
+    let mut picture = crate::common::picture(frame);
     for (x, y, pixel) in picture.enumerate_pixels_mut() {
         let x = (x + frame as u32 / 2).wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
         pixel.0[0] = pixel.0[0] / 2 + ((x ^ (x >> 15)).wrapping_mul(0x2c1b_3c6d) >> 24) as u8 / 3;
@@ -60,7 +58,8 @@ fn clip(count: usize, words: &str, name: &str) -> (TempDir, PathBuf) {
 fn deep(frame: usize, bits: u32) -> ImageBuffer<Luma<u16>, Vec<u16>> {
     let most = (1u32 << bits) - 1;
     ImageBuffer::from_fn(WIDTH, HEIGHT, |x, y| {
-        let inside = (f64::from(x) - common::column(frame)).abs() < 3.0 && (f64::from(y) - common::ROW).abs() < 3.0;
+        let inside = (f64::from(x) - crate::common::column(frame)).abs() < 3.0
+            && (f64::from(y) - crate::common::ROW).abs() < 3.0;
         let level = if inside { most / 10 } else { most / 2 };
         let grain = (x + frame as u32 / 2).wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
         Luma([(level + (grain ^ (grain >> 15)).wrapping_mul(0x2c1b_3c6d) % (most / 3)) as u16])

@@ -1,15 +1,13 @@
 //! What comes in its own time: dropping, delays, ends; and ffmpeg itself going wrong.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Ran, command, csv_rows, folder, json, programs, results, video, with_path};
+use crate::common::{Ran, command, csv_rows, folder, json, programs, results, video, with_path};
 
 /// A frame every 5 ms of a size that takes far longer: some are dropped, the last is not, what is left is judged as if
 /// nothing else had been there.

@@ -1,10 +1,8 @@
 //! `run` without a speed: a bank, its flags, its rows.
 
-mod common;
-
 use std::fs;
 
-use common::{apgstmd, assert_found, csv_rows, folder, json, results};
+use crate::common::{apgstmd, assert_found, csv_rows, folder, json, results};
 
 /// Cells of a column of detections.csv.
 fn column(text: &str, name: &str) -> Vec<f64> {
