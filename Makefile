@@ -6,8 +6,8 @@ WHEELS := target/wheels
 COMPARE := .venv-compare/bin/python
 
 # One interpreter for cargo and maturin, so that the binding is not built twice.
-test lint wheel compare docs: export PYO3_PYTHON := $(CURDIR)/$(PY)
-test lint wheel compare docs: export VIRTUAL_ENV := $(CURDIR)/.venv
+test lint wheel compare docs arrays: export PYO3_PYTHON := $(CURDIR)/$(PY)
+test lint wheel compare docs arrays: export VIRTUAL_ENV := $(CURDIR)/.venv
 
 # What is needed to compile parts of a crate anew makes compiling all of it half as long again.
 test: export CARGO_INCREMENTAL ?= 0
@@ -15,7 +15,7 @@ test: export CARGO_INCREMENTAL ?= 0
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help demo test reproduce lint wheel dist wheel-test venv ffmpeg chromium bench instructions compare matrix scaling \
-	trust trust-long boundary deny sbom semver agreement long fuzz miri miri-core asan tsan docs clean
+	trust trust-long boundary deny sbom semver agreement long kills calls arrays fuzz miri miri-core asan tsan docs clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -97,7 +97,7 @@ trust: boundary deny sbom agreement ## what the project promises of hostile inpu
 	@$(MAKE) --no-print-directory miri
 	@$(MAKE) --no-print-directory fuzz FUZZ_TIME=20
 
-trust-long: trust fuzz asan tsan miri-core ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), sanitizers, the core under Miri
+trust-long: trust fuzz asan tsan miri-core kills calls arrays long ## the rest: fuzzing for FUZZ_TIME seconds a target (1200), sanitizers, the core under Miri, long runs
 
 boundary:
 	@python3 tools/unsafe.py --check
@@ -117,6 +117,8 @@ sbom: ## CycloneDX list of every Rust package with licence and checksum, in targ
 agreement: ## how far the instruction sets of this machine agree, a table
 	@$(CARGO) run --release --quiet --package apgstmd-tests --bin agreement
 
+EXAMPLES ?= 5000
+
 # The last release, where nothing else is said.
 BASELINE ?= $(shell git describe --tags --abbrev=0 2> /dev/null)
 
@@ -127,6 +129,17 @@ semver: ## what has changed for programs that use the crates since BASELINE (a t
 
 long: ## a million small frames and 20,000 of 480 x 270 on end: memory, speed, drift, time stamps; tables
 	@$(CARGO) run --release --quiet --package apgstmd-tests --bin long $(FRAMES)
+
+kills: ## runs ended at a hundred moments by SIGKILL, SIGINT and SIGTERM, and gone on with
+	@KILLS=100 $(CARGO) test --quiet --package apgstmd-cli --test cli -- --nocapture resume::kills
+
+calls: ## every system call that has to do with files fails in turn, and is where a run is killed; a table
+	@command -v strace > /dev/null || (apt-get update -qq && apt-get install -qq -y strace)
+	@$(CARGO) build --release --quiet --package apgstmd-cli
+	@python3 tools/calls.py target/release/apgstmd
+
+arrays: wheel ## NumPy arrays of every kind and lie in memory, EXAMPLES (5000) that are others each time
+	@EXAMPLES=$(EXAMPLES) $(PY) -m pytest --quiet python/tests/test_any_array.py
 
 fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
 	@tools/tool.sh cargo-fuzz 0.13.2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,19 @@ import apgstmd
 TAKEN = ("u1", "u2", "f4", "f8", "?")
 # Every kind that NumPy has, in either byte order.
 KINDS = ("?", "i1", "u1", "i2", "u2", "<u2", ">u2", "i4", "u4", "i8", "f2", "f4", "<f4", ">f4", "f8", ">f8", "g", "c8", "O", "U1", "V3", "m8[s]")
+
+# `make arrays`: so many, and others each time.
+EXAMPLES = os.environ.get("EXAMPLES")
+
+
+def tried(quick: int) -> settings:
+    return settings(
+        max_examples=int(EXAMPLES or quick),
+        derandomize=EXAMPLES is None,
+        database=None,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
 
 
 @st.composite
@@ -62,7 +76,7 @@ def frames(draw: st.DrawFn) -> tuple[NDArray[Any], bytes]:
     return view, view.tobytes()
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@tried(150)
 @given(frames())
 def test_a_frame_is_read_as_its_copy_or_refused(made: tuple[NDArray[Any], bytes]) -> None:
     frame, memory = made
@@ -84,7 +98,7 @@ def test_a_frame_is_read_as_its_copy_or_refused(made: tuple[NDArray[Any], bytes]
     assert frame.tobytes() == memory
 
 
-@settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@tried(100)
 @given(st.integers(0, 40), st.integers(0, 40), st.integers(0, 40), st.booleans(), st.sampled_from(("f4", "u1", "?")))
 def test_maps_and_frames_in_one_memory(first: int, second: int, third: int, stack: bool, kind: str) -> None:
     # Three pictures somewhere in one piece of memory: they are written, or refused, but never each other's.

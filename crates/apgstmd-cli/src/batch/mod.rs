@@ -221,7 +221,9 @@ fn check(args: &BatchArgs) -> Outcome<Vec<OsString>> {
         word
     });
     let words = ["apgstmd", "run"].map(OsString::from).into_iter().chain(flags.iter().cloned()).chain(named);
-    let words = words.chain(["--", "clip"].map(OsString::from));
+    let mut out = OsString::from("--out=");
+    out.push(&place);
+    let words = words.chain([out, OsString::from("--"), OsString::from("clip")]);
     let run: Box<RunArgs> = match Arguments::try_parse_from(words)?.command {
         Command::Run(run) => run,
         other => unreachable!("the words say run, not {other:?}"),

@@ -83,7 +83,7 @@ pub(crate) fn main(args: Box<RunArgs>, host: Host) -> Outcome {
         span: settings.span,
         checkpoints: checkpoints.as_ref(),
     };
-    let mut gathered = settings.pictures.report.as_deref().map(Gathered::new).transpose()?;
+    let mut gathered = settings.pictures.report.as_deref().map(Gathered::new);
     let codec = settings.pictures.video.as_ref().map(|_| Codec::choose()).transpose()?;
     let gather = gathered.as_mut();
     let mut report =
@@ -92,12 +92,14 @@ pub(crate) fn main(args: Box<RunArgs>, host: Host) -> Outcome {
         report.failure = Some(settings.span.nothing_left(source.count()));
     }
     let warnings = warnings(&settings, &report);
+    // run.json says that all is there: it comes last.
+    let shown = gathered.map_or(Ok(()), |gathered| page::write(&gathered, &settings, &report, &warnings));
+    report.failure = report.failure.or(shown.err());
     let recorded = match &settings.destination {
         Destination::Folder(folder) => write_record(&settings, &report, &warnings, folder),
         Destination::Stdout => Ok(()),
     };
-    let shown = gathered.map_or(Ok(()), |gathered| page::write(&gathered, &settings, &report, &warnings));
-    let recorded = recorded.and(shown).and_then(|()| match &checkpoints {
+    let recorded = recorded.and_then(|()| match &checkpoints {
         Some(checkpoints) if report.failure.is_none() && !report.interrupted => pipeline::remove(checkpoints),
         _ => Ok(()),
     });
@@ -238,6 +240,7 @@ fn open_sinks<'a>(
         sinks.push(Box::new(Poster::new(path)));
     }
     if let Some(gathered) = gathered {
+        gathered.open()?;
         gathered.outline = outline.clone();
         sinks.push(Box::new(Gather(gathered)));
     }

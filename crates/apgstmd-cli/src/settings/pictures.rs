@@ -7,7 +7,6 @@ use super::tracks::{TrackSettings, check_file, same_place};
 use crate::Outcome;
 use crate::args::RunArgs;
 use crate::failure::Failure;
-use crate::sink::results::SINGLE_FILES;
 use crate::sink::video::{FORMATS, format_of};
 
 /// What is made to be looked at, besides `--overlay`.
@@ -33,12 +32,7 @@ impl PictureSettings {
         let given = |(flag, file): (&'static str, &Option<PathBuf>)| Some((flag, file.clone()?));
         let mut taken: Vec<(&str, PathBuf)> = taken.into_iter().filter_map(given).collect();
         for (flag, file) in files.into_iter().filter_map(given) {
-            check_file(flag, &file, &args.input, args.force || args.resume)?;
-            if let Destination::Folder(folder) = destination
-                && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(&file))
-            {
-                return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
-            }
+            check_file(flag, &file, args, destination)?;
             if let Some((other, _)) = taken.iter().find(|(_, other)| same_place(other) == same_place(&file)) {
                 return Err(Failure::usage(format_args!("{other} and {flag} are both {}", file.display())));
             }

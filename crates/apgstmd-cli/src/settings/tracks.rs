@@ -43,12 +43,7 @@ impl TrackSettings {
         }
         let files = [("--mot", &args.mot), ("--coco", &args.coco)];
         for (flag, file) in files.iter().filter_map(|(flag, file)| Some((*flag, file.as_deref()?))) {
-            check_file(flag, file, &args.input, args.force || args.resume)?;
-            if let Destination::Folder(folder) = destination
-                && let Some(name) = SINGLE_FILES.iter().find(|name| same_place(&folder.join(name)) == same_place(file))
-            {
-                return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
-            }
+            check_file(flag, file, args, destination)?;
         }
         if let (Some(mot), Some(coco)) = (&args.mot, &args.coco)
             && same_place(mot) == same_place(coco)
@@ -69,21 +64,39 @@ impl TrackSettings {
 }
 
 /// A file named on the command line, before anything is computed.
-pub(super) fn check_file(flag: &str, file: &Path, input: &Path, force: bool) -> Outcome {
+pub(super) fn check_file(flag: &str, file: &Path, args: &RunArgs, destination: &Destination) -> Outcome {
     if file.file_name().is_none() || file.as_os_str() == "-" || file.is_dir() {
         return Err(Failure::usage(format_args!(
             "{flag} needs the name of a file, not {:?}",
             file.display().to_string()
         )));
     }
-    if same_place(file) == same_place(input) {
+    if same_place(file) == same_place(&args.input) {
         return Err(Failure::usage(format_args!("{flag} {} would replace INPUT", file.display())));
     }
-    if file.exists() && !force {
+    if file.exists() && !(args.force || args.resume) {
         return Err(Failure::failed(format_args!("{} is there already", file.display()))
             .hint(format_args!("choose another file with {flag}, or replace it with --force")));
     }
-    Ok(())
+    let results = match destination {
+        Destination::Folder(folder) => Some(folder),
+        Destination::Stdout => None,
+    };
+    let is = |path: &Path| same_place(path) == same_place(file);
+    if let Some(name) = results.and_then(|folder| SINGLE_FILES.iter().find(|name| is(&folder.join(name)))) {
+        return Err(Failure::usage(format_args!("{flag} {}: {name} is another result's name", file.display())));
+    }
+    // The folder of results is made when there is something to write.
+    let made = results.zip(file.file_name()).is_some_and(|(folder, name)| is(&folder.join(name)));
+    match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir() && !made) {
+        Some(folder) => Err(Failure::failed(format_args!(
+            "cannot write {}: there is no folder {}",
+            file.display(),
+            folder.display()
+        ))
+        .hint(format_args!("make it first, or choose another file with {flag}"))),
+        None => Ok(()),
+    }
 }
 
 /// The same for two names of one file, whether it is there or not.
@@ -92,6 +105,6 @@ pub(super) fn same_place(file: &Path) -> PathBuf {
     match (file.canonicalize(), folder.canonicalize(), file.file_name()) {
         (Ok(full), ..) => full,
         (_, Ok(folder), Some(name)) => folder.join(name),
-        _ => file.to_owned(),
+        _ => std::path::absolute(file).unwrap_or_else(|_| file.to_owned()),
     }
 }

@@ -27,17 +27,24 @@ impl Beside {
     /// # Errors
     /// It is not.
     pub fn open(path: &Path) -> Outcome<(Self, File)> {
+        let part = Self::clear(path)?;
+        // The place is named as the user knows it.
+        let file = File::create_new(&part).map_err(|error| Failure::write(path, error))?;
+        Ok((Self { path: path.to_owned(), part }, file))
+    }
+
+    /// Removes what a run that was killed left, and tells where that was.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn clear(path: &Path) -> Outcome<PathBuf> {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = path.with_file_name(name);
-        // The place is named as the user knows it.
-        let failed = |error| Failure::write(path, error);
         match fs::remove_file(&part) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
-            _ => {}
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Failure::write(path, error)),
+            _ => Ok(part),
         }
-        let file = File::create_new(&part).map_err(failed)?;
-        Ok((Self { path: path.to_owned(), part }, file))
     }
 
     /// Where it will be.

@@ -42,7 +42,7 @@ impl Listing {
             return Err(Failure::failed(format_args!("there is no file or folder {}", input.display())).hint(KINDS));
         };
         let found = candidates.len();
-        let mut files: Vec<PathBuf> = candidates.into_iter().filter(|path| is_picture(path)).collect();
+        let mut files: Vec<PathBuf> = candidates.into_iter().filter(|path| is_named_as_picture(path)).collect();
         if files.is_empty() {
             let others = match found {
                 0 => String::new(),
@@ -75,14 +75,19 @@ fn single_file(input: &Path) -> Failure {
 
 /// Whether a file is taken for a frame, by its name.
 pub(crate) fn is_picture(path: &Path) -> bool {
-    let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    !hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && may_be_file(path)
+    is_named_as_picture(path) && may_be_file(path)
 }
 
-/// Whether it is a file, or a link that leads nowhere: reading that says so, where a frame would be missing otherwise.
+fn is_named_as_picture(path: &Path) -> bool {
+    let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    !hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+}
+
+/// Whether it is a file, or cannot be looked at (a link that leads nowhere, a disk that fails): reading that says so, where
+/// otherwise a frame would be missing without a word.
 fn may_be_file(path: &Path) -> bool {
-    fs::metadata(path).map_or_else(|_| path.is_symlink(), |about| about.is_file())
+    fs::metadata(path).map_or(true, |about| about.is_file())
 }
 
 fn folder_files(folder: &Path) -> Outcome<Vec<PathBuf>> {

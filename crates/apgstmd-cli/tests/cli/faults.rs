@@ -153,6 +153,33 @@ fn a_full_disk() {
     }
 }
 
+/// All is there but the page, which is made at the end: the run is not through.
+#[test]
+fn a_disk_that_is_too_small_for_the_page() {
+    let (_folder, scene) = scene(150);
+    let (_parent, whole) = results();
+    let line = format!("{RUN} --report {{out}}/r.html --resume");
+    apgstmd(&line, &scene, &whole).ok();
+    let bytes = |name: &str| fs::metadata(whole.join(name)).unwrap().len();
+    let rest: u64 = fs::read_dir(&whole).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+    let (page, truth) = (bytes("r.html"), tables(&whole));
+    assert!(
+        truth.values().all(|table| (table.len() as u64) < page / 2),
+        "of a limit to each file the page alone feels something"
+    );
+    let mounted = matches!(Disk::of(1 << 20), Disk::Mounted(_));
+    let mut disk = Disk::of(if mounted { rest - page / 2 } else { page / 2 });
+    let out = disk.out();
+    disk.run(&line, &scene).fails(1, &["cannot write", "r.html", disk.reason()]);
+    assert_valid(&out);
+    assert!(tables(&out) == truth && !out.join("r.html").exists());
+    assert!(json(&out.join("run.json"))["error"].as_str().unwrap().contains("r.html"));
+    disk.enlarge();
+    disk.run(&line, &scene).ok();
+    assert!(fs::read_to_string(out.join("r.html")).unwrap().trim_end().ends_with("</html>"));
+    assert!(tables(&out) == truth);
+}
+
 /// Bytes of a checkpoint of that run.
 fn checkpoint(scene: &Path) -> u64 {
     let (_parent, out) = results();

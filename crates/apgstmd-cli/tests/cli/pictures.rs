@@ -209,8 +209,21 @@ fn names_that_cannot_be() {
     run(&format!("--report {0} --mot {0}", parent.path().join("x").display()))
         .fails(2, &["--mot and --report are both"]);
     run("--report {out}/run.json").fails(2, &["run.json is another result's name"]);
-    run("--report /nowhere/at/all.html").fails(1, &["cannot write /nowhere/at/all.html"]);
-    run("--video /nowhere/at/all.mp4").fails(1, &["cannot write /nowhere/at/all.mp4"]);
+    for flag in [
+        "--report /nowhere/at/all.html",
+        "--video /nowhere/at/all.mp4",
+        "--mot /nowhere/at/all",
+        "--coco /nowhere/at/all",
+    ] {
+        run(flag).fails(1, &["cannot write /nowhere/at/all", "no folder /nowhere/at"]);
+    }
+    run("--report {out}/deeper/all.html").fails(1, &["all.html", "there is no folder"]);
+    assert!(!out.exists(), "nothing was begun");
+    run("--video {out}/./all.mp4 --report {out}/all.mp4").fails(2, &["--video and --report are both"]);
+    // The folder of results itself need not be there.
+    run("--report {out}/all.html --video {out}/all.mp4 --mot {out}/all.txt --coco {out}/all.json").ok();
+    assert!(["html", "mp4", "txt", "json"].iter().all(|kind| out.join("all").with_extension(kind).is_file()));
+    fs::remove_dir_all(&out).unwrap();
     assert_eq!(fs::read_to_string(&there).unwrap(), "mine");
     run(&format!("--video {} --force", there.display())).ok();
     assert_eq!(decode(&there).frames.len(), 3);

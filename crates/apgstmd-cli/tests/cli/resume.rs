@@ -87,7 +87,7 @@ fn kill(line: &str, input: &Path, kills: usize) {
 
 const RUN: &str = "run {in} --out {out} --speed 1 --threads 1 --format csv,jsonl --mot {out}/tracks.mot";
 
-/// `KILLS=100 cargo test --test resume -- --nocapture kills` for more of them.
+/// `make kills` for more of them.
 #[test]
 fn kills_change_nothing() {
     let kills = std::env::var("KILLS").map_or(6, |kills| kills.parse().expect("a number"));

@@ -166,7 +166,7 @@ impl Checkpoint {
 /// # Errors
 /// The system refuses.
 pub(in crate::commands) fn remove(of: &Checkpoints) -> Outcome {
-    drop(Beside::new(&of.path)?);
+    Beside::clear(&of.path)?;
     match fs::remove_file(&of.path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Failure::write(&of.path, error)),
         _ => Ok(()),

@@ -8,7 +8,7 @@ mod page;
 mod paths;
 mod thumbnails;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use apgstmd_core::Size;
@@ -30,7 +30,9 @@ pub const LEAST_SHIFT: f32 = 0.05;
 
 /// What is kept of a run.
 pub struct Gathered {
-    beside: Beside,
+    path: PathBuf,
+    /// Once there is a first frame.
+    beside: Option<Beside>,
     size: Option<Size>,
     frames: Frames,
     thumbnails: Thumbnails,
@@ -45,13 +47,11 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// Sees at once whether the page can be written.
-    ///
-    /// # Errors
-    /// It cannot.
-    pub fn new(path: &Path) -> Outcome<Self> {
-        Ok(Self {
-            beside: Beside::new(path)?,
+    /// Of a run whose page will be at `path`.
+    pub fn new(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+            beside: None,
             size: None,
             frames: Frames::new(),
             thumbnails: Thumbnails::new(),
@@ -61,15 +61,24 @@ impl Gathered {
             contrasts: Histogram::default(),
             largest_shift: None,
             outline: None,
-        })
+        }
     }
 
-    /// Writes the page.
+    /// Sees at the first frame whether the page can be written.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn open(&mut self) -> Outcome {
+        self.beside = Some(Beside::new(&self.path)?);
+        Ok(())
+    }
+
+    /// Writes the page, if it was opened.
     ///
     /// # Errors
     /// Writing failed.
     pub fn write(&self, about: &About) -> Outcome {
-        self.beside.write(&page::page(self, about))
+        self.beside.as_ref().map_or(Ok(()), |beside| beside.write(&page::page(self, about)))
     }
 
     /// Frame with the largest shift of the background since the one before, and that, px.
