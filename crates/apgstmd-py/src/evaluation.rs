@@ -1,10 +1,9 @@
 //! Detections against truth, from files or columns; the result as JSON.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use apgstmd_cli::judge::{Found, Frames, RunFrames, judge, read_detections, read_truth};
-use apgstmd_cli::report::{Report, json, page};
+use apgstmd_cli::report::{Report, json, write_page};
 use apgstmd_core::evaluation::{Scored, Tracked, TruthBox};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -66,8 +65,7 @@ pub fn evaluate(
         })
     })?;
     if let Some(path) = html {
-        fs::write(&path, page(&report))
-            .map_err(|error| Error::State(format!("cannot write {}: {error}", path.display())))?;
+        write_page(&report, &path).map_err(Error::from)?;
     }
     Ok(json(&report))
 }

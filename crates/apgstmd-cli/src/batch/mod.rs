@@ -141,7 +141,7 @@ impl Batch {
     /// Writing failed.
     pub fn finish(&mut self, interrupted: bool) -> Outcome<Vec<Record>> {
         self.write(interrupted)?;
-        Beside::new(&self.out.join(PAGE))?.write(&page::page(&self.out, &self.manifest(interrupted)))?;
+        Beside::new(&self.out.join(PAGE))?.write(page::page(&self.out, &self.manifest(interrupted)))?;
         // Of processes that died; nothing in it was finished.
         let _ = fs::remove_dir_all(self.out.join(PART));
         self.lock = None;

@@ -1,6 +1,5 @@
 //! `apgstmd eval`: detections against truth, as a table, JSON, CSV or a page.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Evaluation, EvaluationError};
@@ -10,7 +9,8 @@ use crate::Outcome;
 use crate::args::EvalArgs;
 use crate::failure::Failure;
 use crate::judge::{Found, Frames, judge, read_detections, read_truth};
-use crate::report::{Report, json, page, text};
+use crate::report::{Report, json, text, write_page};
+use crate::sink::beside;
 
 pub(crate) fn main(args: &EvalArgs) -> Outcome {
     let Found { file, detections, tracks, run } = read_detections(&args.detections)?;
@@ -34,10 +34,10 @@ pub(crate) fn main(args: &EvalArgs) -> Outcome {
         margin: args.margin,
     };
     if let Some(path) = &args.csv {
-        fs::write(path, curve(&report.judgement.evaluation)).map_err(|error| Failure::write(path, error))?;
+        beside::write(path, curve(&report.judgement.evaluation))?;
     }
     if let Some(path) = &args.html {
-        fs::write(path, page(&report)).map_err(|error| Failure::write(path, error))?;
+        write_page(&report, path)?;
     }
     if args.json {
         return print(&json(&report));

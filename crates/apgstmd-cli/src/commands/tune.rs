@@ -1,7 +1,6 @@
 //! `apgstmd tune`: the score that so many false alarms a frame have in a clip without targets, as a parameter file.
 
 use std::cell::RefCell;
-use std::fs;
 use std::rc::Rc;
 
 use apgstmd_core::FalseAlarms;
@@ -14,7 +13,7 @@ use crate::args::TuneArgs;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::settings::{RunSettings, readers};
-use crate::sink::{Seen, Sink};
+use crate::sink::{Seen, Sink, beside};
 
 /// Score and trace of everything that was found.
 #[derive(Clone, Default)]
@@ -86,7 +85,7 @@ pub(crate) fn main(args: &TuneArgs) -> Outcome {
     }
     let tuned = alarms::tune(&mut rows.0.borrow_mut(), report.frames, rate);
     let text = file(&mut settings, &tuned, report.frames, rate);
-    fs::write(&args.out, text).map_err(|error| Failure::write(&args.out, error))?;
+    beside::write(&args.out, text)?;
     if !settings.quiet {
         for line in said(&tuned, report.frames, rate) {
             super::run::eprint_line(&line);

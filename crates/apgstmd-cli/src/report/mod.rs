@@ -7,11 +7,13 @@ mod page;
 mod table;
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use apgstmd_core::evaluation::{Evaluation, OperatingPoint, TrackEvaluation};
 
+use crate::Outcome;
 use crate::judge::{Judgement, Origin};
+use crate::sink::beside;
 
 pub use json::json;
 pub use page::page;
@@ -35,6 +37,14 @@ pub struct Report {
     pub radius: f64,
     /// How far beyond the box, px.
     pub margin: f64,
+}
+
+/// Writes the page, as a whole or not at all.
+///
+/// # Errors
+/// Writing failed.
+pub fn write_page(report: &Report, path: &Path) -> Outcome {
+    beside::write(path, page(report))
 }
 
 /// A row of the operating points.

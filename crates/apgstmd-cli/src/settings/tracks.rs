@@ -74,6 +74,11 @@ pub(super) fn check_file(flag: &str, file: &Path, args: &RunArgs, destination: &
     if same_place(file) == same_place(&args.input) {
         return Err(Failure::usage(format_args!("{flag} {} would replace INPUT", file.display())));
     }
+    // All but MOTChallenge text are moved to their place as a whole.
+    if file.is_symlink() && flag != "--mot" {
+        return Err(Failure::usage(format_args!("{flag} {} is a link, which would be replaced", file.display()))
+            .hint("name the file that it leads to"));
+    }
     if file.exists() && !(args.force || args.resume) {
         return Err(Failure::failed(format_args!("{} is there already", file.display()))
             .hint(format_args!("choose another file with {flag}, or replace it with --force")));

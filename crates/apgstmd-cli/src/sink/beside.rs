@@ -22,11 +22,18 @@ impl Beside {
         Ok(Self::open(path)?.0)
     }
 
-    /// The same, with the file itself. What stands there is replaced, and a link to elsewhere is not followed.
+    /// The same, with the file itself. What stands there is replaced, also a link, but no device
+    /// or pipe.
     ///
     /// # Errors
     /// It is not.
     pub fn open(path: &Path) -> Outcome<(Self, File)> {
+        let special = |about: fs::Metadata| !(about.is_file() || about.is_dir());
+        if fs::metadata(path).is_ok_and(special) {
+            let what =
+                format_args!("cannot write {}: it is a device or a pipe, which a file would replace", path.display());
+            return Err(Failure::failed(what).hint("name a file"));
+        }
         let part = Self::clear(path)?;
         // The place is named as the user knows it.
         let file = File::create_new(&part).map_err(|error| Failure::write(path, error))?;
@@ -61,8 +68,8 @@ impl Beside {
     ///
     /// # Errors
     /// Writing failed.
-    pub fn write(&self, text: &str) -> Outcome {
-        fs::write(&self.part, text).map_err(|error| Failure::write(&self.path, error))?;
+    pub fn write(&self, content: impl AsRef<[u8]>) -> Outcome {
+        fs::write(&self.part, content).map_err(|error| Failure::write(&self.path, error))?;
         self.place()
     }
 
@@ -72,6 +79,17 @@ impl Beside {
     /// The system refuses.
     pub fn place(&self) -> Outcome {
         fs::rename(&self.part, &self.path).map_err(|error| Failure::write(&self.path, error))
+    }
+}
+
+/// Writes a file as a whole or not at all; what a link or a device leads to is written to as it is.
+///
+/// # Errors
+/// Writing failed.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Outcome {
+    match fs::symlink_metadata(path) {
+        Ok(about) if !about.is_file() => fs::write(path, content).map_err(|error| Failure::write(path, error)),
+        _ => Beside::new(path)?.write(content),
     }
 }
 

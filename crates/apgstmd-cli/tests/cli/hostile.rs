@@ -259,6 +259,26 @@ fn a_picture_that_is_a_device() {
 }
 
 /// Links in the results folder that lead out of it: nothing is written through them, unasked or asked.
+/// A file that is moved to its place would take that of a device: `--coco /dev/null` as root.
+#[test]
+fn devices_and_pipes_stay() {
+    let frames = folder(6);
+    for flag in ["--coco", "--report", "--video"] {
+        let (parent, out) = results();
+        let special = parent.path().join("found.mp4");
+        let _socket = std::os::unix::net::UnixListener::bind(&special).unwrap();
+        let line = format!("run {{in}} --out {{out}} --speed 1 --force {flag} {}", special.display());
+        apgstmd(&line, frames.path(), &out).fails(1, &["found.mp4", "a device or a pipe"]);
+        let link = parent.path().join("link.mp4");
+        std::os::unix::fs::symlink(parent.path().join("nowhere"), &link).unwrap();
+        apgstmd(&format!("run {{in}} --out {{out}} {flag} {}", link.display()), frames.path(), &out)
+            .fails(2, &[flag, "is a link"]);
+        assert!(link.is_symlink());
+        let about = fs::symlink_metadata(&special).unwrap();
+        assert!(!about.is_file() && !about.is_dir(), "{flag} has left it as it was");
+    }
+}
+
 #[test]
 fn links_in_the_results_folder() {
     let frames = folder(6);

@@ -24,6 +24,7 @@ use crate::args::{BenchArgs, ModelArg, ModelArgs, Speed};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::settings::{resolve_params, resolve_threads};
+use crate::sink::beside;
 
 /// Raised when a field changes its meaning or goes away.
 const SCHEMA_VERSION: u32 = 1;
@@ -82,7 +83,7 @@ pub(crate) fn main(args: BenchArgs) -> Outcome {
     };
     let json = serde_json::to_string_pretty(&record).map_err(Failure::failed)? + "\n";
     if let Some(path) = &args.out {
-        fs::write(path, &json).map_err(|error| Failure::write(path, error))?;
+        beside::write(path, &json)?;
     }
     print(&if args.json { json } else { table::text(&record) })
 }

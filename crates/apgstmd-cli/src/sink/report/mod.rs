@@ -78,7 +78,7 @@ impl Gathered {
     /// # Errors
     /// Writing failed.
     pub fn write(&self, about: &About) -> Outcome {
-        self.beside.as_ref().map_or(Ok(()), |beside| beside.write(&page::page(self, about)))
+        self.beside.as_ref().map_or(Ok(()), |beside| beside.write(page::page(self, about)))
     }
 
     /// Frame with the largest shift of the background since the one before, and that, px.
