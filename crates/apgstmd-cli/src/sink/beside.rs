@@ -1,7 +1,7 @@
 //! A file that is valid only as a whole: it grows beside its place and is moved there at the end.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::Outcome;
@@ -91,6 +91,20 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Outcome {
         Ok(about) if !about.is_file() => fs::write(path, content).map_err(|error| Failure::write(path, error)),
         _ => Beside::new(path)?.write(content),
     }
+}
+
+/// Writes a file that is not there yet, as a whole or not at all.
+///
+/// # Errors
+/// It is there; writing failed.
+pub fn create(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Outcome {
+    if fs::symlink_metadata(path).is_ok() {
+        return Err(Failure::failed(format_args!("cannot write {}: it is there already", path.display())));
+    }
+    let (beside, file) = Beside::open(path)?;
+    let mut out = BufWriter::new(file);
+    fill(&mut out).and_then(|()| out.flush()).map_err(|error| Failure::write(path, error))?;
+    beside.place()
 }
 
 impl Drop for Beside {

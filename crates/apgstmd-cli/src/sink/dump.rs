@@ -1,13 +1,13 @@
 //! Inner maps as NumPy files, `{stage}_{frame:06}.npy`: (rows, columns), or (directions, rows, columns).
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use apgstmd_core::Stage;
 use ndarray::{ArrayViewD, Axis};
 
-use super::{Seen, Sink};
+use super::{Seen, Sink, beside};
 use crate::Outcome;
 use crate::failure::Failure;
 use crate::settings::DumpSettings;
@@ -35,7 +35,7 @@ impl Sink for Dump {
             let path = self.folder.join(file_name(*stage, seen.frame));
             let view =
                 if stage.planes() == 1 { maps.index_axis(Axis(0), 0).into_dyn() } else { maps.view().into_dyn() };
-            write_npy(&path, &view).map_err(|error| Failure::write(&path, error))?;
+            beside::create(&path, |out| write_npy(out, &view))?;
         }
         Ok(())
     }
@@ -55,7 +55,7 @@ pub fn is_dump(path: &Path) -> bool {
 }
 
 /// NumPy's format 1.0: magic, version, length of the header, header padded so that data start at a multiple of 64.
-fn write_npy(path: &Path, array: &ArrayViewD<'_, f32>) -> io::Result<()> {
+fn write_npy(out: &mut impl Write, array: &ArrayViewD<'_, f32>) -> io::Result<()> {
     const PREAMBLE: usize = 10;
     let shape: Vec<String> = array.shape().iter().map(usize::to_string).collect();
     let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({},), }}", shape.join(", "));
@@ -63,14 +63,13 @@ fn write_npy(path: &Path, array: &ArrayViewD<'_, f32>) -> io::Result<()> {
     header += &" ".repeat(length - header.len() - 1);
     header.push('\n');
     let length = u16::try_from(length).map_err(io::Error::other)?;
-    let mut out = BufWriter::new(fs::File::create_new(path)?);
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&length.to_le_bytes())?;
     out.write_all(header.as_bytes())?;
     for value in array {
         out.write_all(&value.to_le_bytes())?;
     }
-    out.flush()
+    Ok(())
 }
 
 #[cfg(test)]
@@ -89,11 +88,9 @@ mod tests {
 
     #[test]
     fn header_is_aligned_and_says_the_shape() {
-        let folder = std::env::temp_dir().join(format!("apgstmd-npy-{}", std::process::id()));
         let array = ndarray::Array3::from_shape_fn((8, 3, 5), |(k, y, x)| (100 * k + 10 * y + x) as f32);
-        write_npy(&folder, &array.view().into_dyn()).unwrap();
-        let bytes = fs::read(&folder).unwrap();
-        fs::remove_file(&folder).unwrap();
+        let mut bytes = Vec::new();
+        write_npy(&mut bytes, &array.view().into_dyn()).unwrap();
         assert_eq!(bytes.len() % 64, (8 * 3 * 5 * 4) % 64);
         assert!(String::from_utf8_lossy(&bytes[..128]).contains("'shape': (8, 3, 5,)"));
         assert_eq!(bytes[bytes.len() - 4..], 724f32.to_le_bytes());

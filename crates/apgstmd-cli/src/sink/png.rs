@@ -1,10 +1,13 @@
 //! PNG files with our mark in them, so that `--force` can tell them from the user's own.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 use png::{BitDepth, ColorType};
+
+use super::beside;
+use crate::Outcome;
 
 const MARK: &str = concat!("apgstmd ", env!("CARGO_PKG_VERSION"));
 
@@ -14,17 +17,17 @@ pub(super) fn write(
     (width, height): (u32, u32),
     (color, depth): (ColorType, BitDepth),
     samples: &[u8],
-) -> io::Result<()> {
-    let mut out = BufWriter::new(File::create_new(path)?);
-    let mut encoder = png::Encoder::new(&mut out, width, height);
-    encoder.set_color(color);
-    encoder.set_depth(depth);
-    encoder.set_compression(png::Compression::Fast);
-    encoder.add_text_chunk("Software".to_owned(), MARK.to_owned()).map_err(io::Error::from)?;
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(samples)?;
-    writer.finish()?;
-    out.flush()
+) -> Outcome {
+    beside::create(path, |out| {
+        let mut encoder = png::Encoder::new(out, width, height);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.add_text_chunk("Software".to_owned(), MARK.to_owned()).map_err(io::Error::from)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(samples)?;
+        Ok(writer.finish()?)
+    })
 }
 
 /// Whether this program wrote a file.

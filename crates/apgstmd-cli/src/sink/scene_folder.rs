@@ -87,8 +87,7 @@ impl SceneFolder {
         let luminance = renderer.frame(frame);
         let path = self.folder.join(format!("{}.png", frame_name(frame)));
         let size = (luminance.ncols() as u32, luminance.nrows() as u32);
-        picture::write(&path, size, (ColorType::Grayscale, self.depth), &samples(&luminance, self.depth))
-            .map_err(|error| Failure::write(&path, error))?;
+        picture::write(&path, size, (ColorType::Grayscale, self.depth), &samples(&luminance, self.depth))?;
         Ok(renderer.truth(frame))
     }
 

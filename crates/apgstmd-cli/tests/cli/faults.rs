@@ -30,9 +30,17 @@ fn assert_valid(out: &Path) {
     if out.join("run.json").exists() {
         assert_eq!(json(&out.join("run.json"))["schema_version"], 1);
     }
-    for entry in fs::read_dir(out).unwrap() {
+    for entry in [out.to_owned(), out.join("overlay"), out.join("dump")].iter().flat_map(fs::read_dir).flatten() {
         let path = entry.unwrap().path();
-        assert!(path.extension().is_none_or(|ending| ending != "part"), "{} is left", path.display());
+        let bytes = || fs::read(&path).unwrap();
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("part") => panic!("{} is left", path.display()),
+            Some("png") => {
+                drop(image::load_from_memory(&bytes()).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+            }
+            Some("npy") => assert_eq!(bytes().len(), 128 + 4 * 80 * 64, "{}", path.display()),
+            _ => {}
+        }
     }
 }
 
@@ -133,6 +141,7 @@ fn a_full_disk() {
         (format!("{RUN} {KEPT}"), checkpoint / 2 + all),
         (format!("{RUN} {KEPT}"), checkpoint * 3 / 2 + all),
         (format!("{RUN} --coco {{out}}/t.json --report {{out}}/r.html"), half),
+        (format!("{RUN} --overlay --dump P"), if mounted { 4 * all } else { half }),
     ];
     for (line, bytes) in cases {
         let mut disk = Disk::of(bytes);

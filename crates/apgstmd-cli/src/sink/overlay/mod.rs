@@ -9,7 +9,6 @@ pub(super) mod trails;
 
 use std::collections::{HashSet, VecDeque};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -113,7 +112,7 @@ impl Sink for Overlay {
         if let Some(folder) = self.frames.clone() {
             let drawn = annotate(&scene, frame_scale(size));
             let path = folder.join(file_name(&mut self.names, &seen.name, seen.frame));
-            save(&path, &drawn).map_err(|error| Failure::write(&path, error))?;
+            save(&path, &drawn)?;
         }
         if on_strip {
             self.tiles.push(annotate(&scene, tile_scale(size)));
@@ -130,7 +129,7 @@ impl Sink for Overlay {
         let shown: Vec<usize> = (0..self.tiles.len()).collect();
         let tiles: Vec<&Canvas> = evenly_spaced(&shown, TILES).into_iter().map(|tile| &self.tiles[tile]).collect();
         let sheet = strip::assemble(&tiles, &title);
-        save(&self.strip, &sheet).map_err(|error| Failure::write(&self.strip, error))
+        save(&self.strip, &sheet)
     }
 }
 
@@ -169,7 +168,7 @@ impl Choice {
     }
 }
 
-fn save(path: &Path, canvas: &Canvas) -> io::Result<()> {
+fn save(path: &Path, canvas: &Canvas) -> Outcome {
     let size = (canvas.width(), canvas.height());
     picture::write(path, size, (png::ColorType::Rgb, png::BitDepth::Eight), &canvas.rgb())
 }
