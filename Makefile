@@ -117,8 +117,6 @@ sbom: ## CycloneDX list of every Rust package with licence and checksum, in targ
 agreement: ## how far the instruction sets of this machine agree, a table
 	@$(CARGO) run --release --quiet --package apgstmd-tests --bin agreement
 
-EXAMPLES ?= 5000
-
 # The last release, where nothing else is said.
 BASELINE ?= $(shell git describe --tags --abbrev=0 2> /dev/null)
 
@@ -138,8 +136,8 @@ calls: ## every system call that has to do with files fails in turn, and is wher
 	@$(CARGO) build --release --quiet --package apgstmd-cli
 	@python3 tools/calls.py target/release/apgstmd
 
-arrays: wheel ## NumPy arrays of every kind and lie in memory, EXAMPLES (5000) that are others each time
-	@EXAMPLES=$(EXAMPLES) $(PY) -m pytest --quiet python/tests/test_any_array.py
+arrays: wheel ## 10,000 NumPy arrays of every kind and lie in memory, others each time
+	@EXAMPLES=5000 $(PY) -m pytest --quiet python/tests/test_any_array.py
 
 fuzz: ## fuzz every boundary for FUZZ_TIME seconds (or TARGETS="scene state"); figures in target/fuzz.csv
 	@tools/tool.sh cargo-fuzz 0.13.2
